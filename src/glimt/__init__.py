@@ -1,0 +1,1 @@
+"""Real-time ray tracing for Python."""

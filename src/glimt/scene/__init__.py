@@ -1,0 +1,1 @@
+"""What is drawn: plain objects that know no file, no array layout and no engine."""

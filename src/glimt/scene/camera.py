@@ -1,0 +1,71 @@
+"""A pinhole camera."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from glimt import linalg
+from glimt.errors import GlimtError
+from glimt.scene import checks
+
+Point = tuple[float, float, float]
+
+
+class Basis(NamedTuple):
+    """Unit vectors of a camera, (3,) float64 each: right-handed, ``right × up = -look``."""
+
+    right: NDArray[np.float64]
+    up: NDArray[np.float64]
+    look: NDArray[np.float64]
+
+
+@dataclass(eq=False)
+class Camera:
+    """Where the picture is taken from.
+
+    Parameters
+    ----------
+    position : (x, y, z)
+    target : (x, y, z)
+        The point in the middle of the picture.
+    up : (x, y, z)
+        What is up in the picture; must not lie along the line of sight.
+    fov_deg : float
+        Vertical field of view in degrees, above 0 and below 180.
+    """
+
+    position: Point = (0.0, 0.0, 5.0)
+    target: Point = (0.0, 0.0, 0.0)
+    up: Point = (0.0, 1.0, 0.0)
+    fov_deg: float = 45.0
+
+    def __post_init__(self) -> None:
+        self.position = checks.vector("camera", "position", self.position)
+        self.target = checks.vector("camera", "target", self.target)
+        self.up = checks.direction("camera", "up", self.up)
+        self.fov_deg = checks.number("camera", "fov_deg", self.fov_deg, 0.001, 179)
+        self.basis()
+
+    def basis(self) -> Basis:
+        """Return the camera's unit vectors; an error where it looks at itself or along `up`."""
+        look = linalg.normalize(np.subtract(self.target, self.position))
+        if not look.any():
+            raise GlimtError(f"camera: position and target are the same point {self.position}, move one of them")
+        right = np.cross(look, linalg.normalize(self.up))
+        if np.linalg.norm(right) < 1e-6:
+            raise GlimtError(f"camera: up {self.up} lies along the line of sight, choose another up")
+        right = linalg.normalize(right)
+        return Basis(right, np.cross(right, look), look)
+
+    @classmethod
+    def framing(cls, lo: ArrayLike, hi: ArrayLike, aspect: float = 1.0, fov_deg: float = 40.0,
+                direction: Point = (-0.45, -0.35, -1.0)) -> "Camera":
+        """Return a camera that looks along `direction` and sees the whole box (lo, hi) at width / height `aspect`."""
+        lo, hi = np.asarray(lo, np.float64), np.asarray(hi, np.float64)
+        center, radius = (lo + hi) / 2, float(np.linalg.norm(hi - lo)) / 2 or 1.0
+        half_angle = math.atan(math.tan(math.radians(fov_deg) / 2) * min(1.0, aspect))
+        position = center - linalg.normalize(direction) * (radius / math.sin(half_angle))
+        return cls(tuple(position.tolist()), tuple(center.tolist()), (0.0, 1.0, 0.0), fov_deg)

@@ -1,0 +1,75 @@
+"""Triangles in object space."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt.errors import GlimtError
+from glimt.scene import checks
+from glimt.scene.material import Material
+
+
+@dataclass(eq=False)
+class Mesh:
+    """Triangles with shared vertices; counter-clockwise is the front, both sides are drawn.
+
+    A corner where normals or texcoords differ is two vertices. Arrays are checked and copied to the types below;
+    after that a mesh is not changed (the engine keeps its tree).
+
+    Parameters
+    ----------
+    positions : (n, 3) float32
+    triangles : (m, 3) int32
+        Vertex indices.
+    normals : (n, 3) float32, optional
+        Shading normals, any length. None: each triangle is flat.
+    texcoords : (n, 2) float32, optional
+        (0, 0) is the top-left corner of the texture, as in glTF.
+    materials : sequence of Material
+        At least one; the default is plain grey.
+    material_ids : (m,) int32, optional
+        Index into `materials` for each triangle. None: all 0.
+    """
+
+    positions: NDArray[np.float32]
+    triangles: NDArray[np.int32]
+    normals: NDArray[np.float32] | None = None
+    texcoords: NDArray[np.float32] | None = None
+    materials: list[Material] = field(default_factory=lambda: [Material()])
+    material_ids: NDArray[np.int32] | None = None
+    name: str = "mesh"
+
+    def __post_init__(self) -> None:
+        owner = f"mesh {self.name!r}"
+        self.positions = checks.coordinates(owner, "positions", self.positions, (None, 3))
+        count = len(self.positions)
+        triangles = checks.array(owner, "triangles", self.triangles, (None, 3), np.int64)
+        if triangles.size and not 0 <= triangles.min() <= triangles.max() < count:
+            bad = int(np.flatnonzero(((triangles < 0) | (triangles >= count)).any(1))[0])
+            raise GlimtError(f"{owner}: triangle {bad} refers to vertices {triangles[bad].tolist()} of {count}")
+        self.triangles = triangles.astype(np.int32)
+        if self.normals is not None:
+            self.normals = checks.coordinates(owner, "normals", self.normals, (count, 3))
+        if self.texcoords is not None:
+            self.texcoords = checks.coordinates(owner, "texcoords", self.texcoords, (count, 2))
+        self.materials = list(self.materials)
+        if not self.materials:
+            raise GlimtError(f"{owner}: no materials; leave the argument out for plain grey")
+        self._check_material_ids(owner)
+
+    def _check_material_ids(self, owner: str) -> None:
+        if self.material_ids is None:
+            self.material_ids = np.zeros(len(self.triangles), np.int32)
+        ids = checks.array(owner, "material_ids", self.material_ids, (len(self.triangles),), np.int32)
+        if ids.size and not 0 <= ids.min() <= ids.max() < len(self.materials):
+            raise GlimtError(f"{owner}: material_ids go from {ids.min()} to {ids.max()}, there are "
+                             f"{len(self.materials)} materials")
+        self.material_ids = ids
+
+    def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return (lo, hi) of the vertices that triangles use; (0, 0) for a mesh without triangles."""
+        if not len(self.triangles):
+            return np.zeros(3, np.float32), np.zeros(3, np.float32)
+        corners = self.positions[np.unique(self.triangles)]
+        return corners.min(0), corners.max(0)
