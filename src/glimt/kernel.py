@@ -1,0 +1,146 @@
+"""The one way to compile a kernel, and its disk cache.
+
+Numba's own cache looks at the file of the outermost function only, so that a change in a helper elsewhere leaves old
+machine code in use. Here the cache folder's name is a hash of every kernel source, Numba's version, the processor and
+its features, and the lane width: what is found in it always fits.
+"""
+
+import contextlib
+import functools
+import hashlib
+import os
+import shutil
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding
+import numba
+import platformdirs
+from numba.core import caching
+
+from glimt.errors import GlimtError
+
+_KERNEL_SOURCES = ("kernel.py", "layout.py", "lanes", "bvh", "engines/cpu", "io/obj_parser.py")
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+_KEEP_DAYS = 30
+
+KERNELS: list[Any] = []
+"""Every entry point defined so far, in order: Numba dispatchers."""
+
+
+def host_lanes() -> int:
+    """Return how many float32 lanes a register of this processor has: 16, 8 or 4 (`GLIMT_LANES` overrides it)."""
+    chosen = os.environ.get("GLIMT_LANES")
+    if chosen:
+        if chosen not in ("4", "8", "16"):
+            raise GlimtError(f"GLIMT_LANES is {chosen!r}, expected 4, 8 or 16")
+        return int(chosen)
+    features = host_features()
+    if {"avx512f", "avx512vl", "avx512dq", "avx512bw"} <= features:
+        return 16
+    return 8 if "avx2" in features or "neon" in features else 4
+
+
+@functools.cache
+def host_features() -> frozenset[str]:
+    """Return LLVM's names of the instruction sets that kernels are compiled for."""
+    if numba.config.CPU_FEATURES is not None:
+        listed = numba.config.CPU_FEATURES.split(",")
+        return frozenset(name[1:] for name in listed if name.startswith("+"))
+    return frozenset(name for name, present in llvmlite.binding.get_host_cpu_features().items() if present)
+
+
+def host_name() -> str:
+    """Return LLVM's name of the processor that kernels are compiled for."""
+    return str(numba.config.CPU_NAME or llvmlite.binding.get_host_cpu_name())
+
+
+@functools.cache
+def cache_folder() -> Path:
+    """Return the folder of this version's machine code (`GLIMT_CACHE_DIR` moves it)."""
+    root = os.environ.get("GLIMT_CACHE_DIR") or platformdirs.user_cache_dir("glimt")
+    return Path(root) / "kernels" / _cache_key()
+
+
+def _cache_key() -> str:
+    package = Path(__file__).parent
+    digest = hashlib.sha256()
+    for entry in _KERNEL_SOURCES:
+        path = package / entry
+        for source in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            digest.update(source.relative_to(package).as_posix().encode())
+            digest.update(source.read_bytes())
+    build = (numba.__version__, sys.version_info[:2], host_name(), sorted(host_features()), host_lanes())
+    digest.update(repr(build).encode())
+    return digest.hexdigest()[:20]
+
+
+def remove_stale_caches() -> None:
+    """Delete the machine code of other versions of glimt that was last written more than 30 days ago."""
+    current = cache_folder()
+    if not current.parent.is_dir():
+        return
+    for folder in current.parent.iterdir():
+        if folder != current and time.time() - folder.stat().st_mtime > _KEEP_DAYS * 86400:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+class _Locator(caching._CacheLocator):  # type: ignore[misc]
+    """Tells Numba's cache to use our folder, whose name is the source stamp."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+
+    def get_cache_path(self) -> str:
+        return str(cache_folder())
+
+    def get_source_stamp(self) -> str:
+        return cache_folder().name
+
+    def get_disambiguator(self) -> str:
+        return str(self._function.__code__.co_firstlineno)
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> "_Locator | None":
+        del py_file
+        locator = cls(py_func)
+        try:
+            locator.ensure_cache_path()
+        except OSError:
+            return None  # a read-only home: compile each time
+        return locator
+
+
+class _CacheImpl(caching.CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = (_Locator,)
+
+
+class _Cache(caching.FunctionCache):  # type: ignore[misc]
+    _impl_class = _CacheImpl
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile `function` when it is first called: an entry point that releases the GIL and is cached on disk.
+
+    Arithmetic on scalars is plain IEEE; lanes say for themselves what may be contracted (see `glimt.lanes`).
+    """
+    dispatcher = numba.njit(**_OPTIONS)(function)
+    with contextlib.suppress(RuntimeError):  # no folder can be written: the dispatcher keeps its null cache
+        dispatcher._cache = _Cache(function)
+    KERNELS.append(dispatcher)
+    return dispatcher
+
+
+def inline(function: Callable[..., Any]) -> Any:
+    """Compile `function` into each kernel that calls it."""
+    return numba.njit(forceinline=True, **_OPTIONS)(function)
+
+
+def routine(function: Callable[..., Any]) -> Any:
+    """Compile `function` once and call it from kernels: for what is too large to be repeated at each call."""
+    return numba.njit(**_OPTIONS)(function)
+
+

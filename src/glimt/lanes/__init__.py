@@ -1,0 +1,1 @@
+"""SIMD lanes as ordinary values."""

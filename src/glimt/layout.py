@@ -1,0 +1,1 @@
+"""Every struct and constant that two places share, declared once."""
