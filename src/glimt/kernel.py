@@ -23,7 +23,7 @@ from numba.core import caching
 
 from glimt.errors import GlimtError
 
-_KERNEL_SOURCES = ("kernel.py", "layout.py", "lanes", "bvh", "engines/cpu", "io/obj_parser.py")
+_KERNEL_SOURCES = ("kernel.py", "layout.py", "lanes", "bvh", "engines/cpu", "io/obj_parser.py", "io/obj_kernels.py")
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 _KEEP_DAYS = 30
 

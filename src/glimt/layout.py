@@ -1,1 +1,96 @@
-"""Every struct and constant that two places share, declared once."""
+"""Every struct and constant that two places share, declared once.
+
+A struct's fields are given in memory order, in 4-byte words, without gaps. From that come the word offsets that
+kernels use (``MATERIAL.diffuse``, ``MATERIAL.words``) and the NumPy dtype that the packer fills
+(``dtype(MATERIAL)``): a kernel never writes a number for an offset.
+"""
+
+from collections import namedtuple
+from typing import Any
+
+import numpy as np
+
+_DTYPES: dict[str, np.dtype[Any]] = {}
+
+
+def _struct(name: str, **fields: str) -> Any:
+    """Declare a struct; a field is "f" or "i", with a count in front when it is more than one word ("3f")."""
+    offsets, formats, offset = [], [], 0
+    for spec in fields.values():
+        count = int(spec[:-1] or 1)
+        offsets.append(offset)
+        formats.append((spec[-1] + "4", (count,)) if count > 1 else spec[-1] + "4")
+        offset += count
+    _DTYPES[name] = np.dtype(list(zip(fields, formats, strict=True)))
+    return namedtuple(name, [*fields, "words"])(*offsets, offset)
+
+
+def dtype(struct: Any) -> np.dtype[Any]:
+    """Return the NumPy dtype of a struct declared here."""
+    return _DTYPES[type(struct).__name__]
+
+
+NODE = _struct("Node", lo_x="8f", lo_y="8f", lo_z="8f", hi_x="8f", hi_y="8f", hi_z="8f", child="8i", unused="8i")
+"""Eight children of a tree: box by box side, then what each is. A child >= 0 is another node; below 0 it is a leaf,
+``~(block * LEAF_STEP + count)``. An unused child has an empty box."""
+
+TRIANGLE_BLOCK = _struct("TriangleBlock", x0="4f", y0="4f", z0="4f", x1="4f", y1="4f", z1="4f", x2="4f", y2="4f",
+                         z2="4f", prim="4i")
+"""A leaf of a mesh's tree: corners of up to four triangles in object space."""
+
+INSTANCE_BLOCK = _struct("InstanceBlock", instance="4i")
+"""A leaf of the scene's tree."""
+
+VERTEX = _struct("Vertex", position="3f", normal="3f", texcoord="2f")
+TANGENT = _struct("Tangent", tangent="3f", sign="f")
+TRIANGLE = _struct("Triangle", vertex="3i", material="i")
+"""Global indices of the corners and of the material."""
+
+INSTANCE = _struct("Instance", kind="i", root="i", first_triangle="i", material="i", tangent_shift="i", flat="i",
+                   identity="i", extent="f", object_to_world="12f", world_to_object="12f", center="3f", radius="f")
+"""A placed mesh or a sphere. `root` is a child code, `material` -1 leaves the choice to the triangle,
+`tangent_shift` turns a vertex index into a tangent index (NO_TANGENTS: there are none), `flat` is 1 for a mesh
+without normals, `identity` is 1 when both matrices change nothing, `extent` is the size of the world box; `center`
+and `radius` are a sphere's."""
+
+MATERIAL = _struct("Material", ambient="3f", diffuse="3f", specular="3f", exponent="f", reflectivity="f",
+                   normal_scale="f", diffuse_texture="i", normal_texture="i", unused="2i")
+TEXTURE = _struct("Texture", first_level="i", levels="i", clamp="i", unused="i", scale="2f", offset="2f")
+LEVEL = _struct("Level", first_texel="i", width="i", height="i", unused="i")
+"""One size of a mip-mapped texture; a texel is one word of 10:10:10 bits, red lowest."""
+
+LIGHT = _struct("Light", kind="i", position="3f", direction="3f", diffuse="3f", specular="3f", inverse_radius="f",
+                attenuation="3f", cone_scale="f", cone_offset="f", unused="i")
+"""`direction` points the way the light travels. Within the cone is ``clamp(cos * cone_scale + cone_offset)²``."""
+
+VIEW = _struct("View", origin="3f", right="3f", up="3f", look="3f", spread="f", background="3f", ambient="3f",
+               unused="i")
+"""What changes from frame to frame: the camera (right and up reach to the picture's edge at distance 1 along look,
+`spread` is a pixel's width there), light from nowhere and light from everywhere."""
+
+MESH_KIND, SPHERE_KIND = np.int32(0), np.int32(1)
+POINT_LIGHT, SPOT_LIGHT, DIRECTIONAL_LIGHT = np.int32(0), np.int32(1), np.int32(2)
+
+MISS = np.int32(-1)
+"""`inst` of a ray that left the scene (0xFFFFFFFF as unsigned)."""
+
+NO_TANGENTS = np.int32(-(2**31))
+LEAF_SIZE = np.int32(4)
+LEAF_STEP = np.int32(8)
+
+STACK_SIZE = 512
+"""Entries of a traversal's stack; the builder keeps every tree shallow enough for it."""
+
+TEXEL_BITS = np.int32(10)
+TEXEL_MAX = np.int32(2**10 - 1)
+
+OFFSET_ERROR = np.float32(32 * 2.0**-24)
+"""A ray leaves a surface at this share of (|point| + size of the instance): about 10 times the rounding error of the
+point and of the plane it came from, and invisible."""
+
+COUNT_PRIMARY, COUNT_SHADOW, COUNT_MIRROR, COUNT_NON_FINITE = (np.int64(k) for k in range(4))
+COUNTER_STRIDE = np.int64(16)
+"""Each thread counts in int64s of its own, two cache lines apart: rays by kind, and samples that were not finite."""
+
+NEXT_TILE, CANCEL = np.int64(0), np.int64(8)
+"""Places in the int64s that threads share: the number of the next tile, and whether to stop."""

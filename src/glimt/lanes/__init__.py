@@ -1,1 +1,71 @@
-"""SIMD lanes as ordinary values."""
+"""SIMD lanes as ordinary Numba values.
+
+A value of type `f32` holds one float for each of `LANES` pixels in one register; `i32` and `mask` likewise. Kernels
+read like shaders::
+
+    a = load(numbers, i)
+    b = f32(2.0)
+    c = select(a < b, a * b, minimum(a, b))
+    if any_lane(c > 1.0): ...
+
+Additions and multiplications may be contracted to fused multiply-adds, nothing else is reordered, so the same lane
+gives the same bits whatever its neighbours hold. `product` and `difference` are never contracted.
+"""
+
+from glimt.lanes.math import arccos, arctan2, exp2, log2, power
+from glimt.lanes.memory import (
+    atomic_add,
+    atomic_load,
+    gather,
+    gather_int,
+    load,
+    load8,
+    pointer,
+    scalar,
+    scalar_int,
+    stack_floats,
+    stack_ints,
+    store,
+    store8,
+    store_scalar,
+)
+from glimt.lanes.ops import (
+    absolute,
+    all_lanes,
+    any_lane,
+    as_float,
+    as_int,
+    bits,
+    count_trailing_zeros,
+    difference,
+    extract,
+    floor,
+    fma,
+    highest,
+    join,
+    lane_numbers,
+    lower_half,
+    lowest,
+    maximum,
+    minimum,
+    population_count,
+    product,
+    reciprocal,
+    reciprocal_sqrt,
+    select,
+    sqrt,
+    to_float,
+    to_int,
+    upper_half,
+)
+from glimt.lanes.types import LANES, f32, f32x8, i32, mask
+from glimt.lanes.vector import Vector3, cross, dot, extract3, gather3, normalize, scalar3, select3, splat3, vector3
+
+__all__ = [
+    "LANES", "Vector3", "absolute", "all_lanes", "any_lane", "arccos", "arctan2", "as_float", "as_int", "atomic_add",
+    "atomic_load", "bits", "count_trailing_zeros", "cross", "difference", "dot", "exp2", "extract", "extract3", "f32",
+    "f32x8", "floor", "fma", "gather", "gather3", "gather_int", "highest", "i32", "join", "lane_numbers", "load", "load8",
+    "log2", "lower_half", "lowest", "mask", "maximum", "minimum", "normalize", "pointer", "population_count", "power", "product",
+    "reciprocal", "reciprocal_sqrt", "scalar", "scalar3", "scalar_int", "select", "select3", "splat3", "sqrt",
+    "stack_floats", "stack_ints", "store", "store8", "store_scalar", "to_float", "to_int", "upper_half", "vector3",
+]

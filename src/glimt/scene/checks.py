@@ -7,8 +7,8 @@ from numpy.typing import DTypeLike, NDArray
 
 from glimt.errors import GlimtError
 
-LARGEST = 1e18
-"""Coordinates beyond this are refused: their squares would leave float32."""
+LARGEST = 1e15
+"""Coordinates beyond this are refused: areas, summed over many triangles, would leave float32."""
 
 
 def array(owner: str, field: str, value: Any, shape: tuple[int | None, ...], dtype: DTypeLike) -> NDArray[Any]:

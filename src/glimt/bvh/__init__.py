@@ -1,0 +1,7 @@
+"""Boxes to nodes: binned-SAH trees, eight children wide. Nothing here knows what is in a box."""
+
+from glimt.bvh.build import aligned, build
+from glimt.bvh.stats import TreeStats, tree_stats
+from glimt.bvh.wide import WideTree
+
+__all__ = ["TreeStats", "WideTree", "aligned", "build", "tree_stats"]

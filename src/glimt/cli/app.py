@@ -1,0 +1,28 @@
+"""The command line's commands."""
+
+from typing import Annotated
+
+import typer
+
+from glimt.cli.info import info
+from glimt.cli.render import render
+
+# Without markup and pretty tracebacks Typer has no use for Rich, whose import takes longer than a small picture.
+app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
+                  context_settings={"help_option_names": ["-h", "--help"]})
+app.command()(render)
+app.command()(info)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+        print(f"glimt {version('glimt')}")
+        raise typer.Exit()
+
+
+@app.callback()
+def glimt(version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True,
+                                                help="Print the version and exit.")] = False) -> None:
+    """Real-time ray tracing on the CPU."""
+    del version

@@ -1,0 +1,53 @@
+"""What a long render shows on stderr."""
+
+import sys
+import time
+from types import TracebackType
+from typing import Any
+
+_DELAY = 0.5
+_INTERVAL = 0.1
+
+
+class ConsoleProgress:
+    """A progress callback that shows a bar, on a terminal and only once the work has taken half a second.
+
+    That kernels are compiled is said in any case, once, so that nobody wonders about the first run.
+    """
+
+    def __init__(self) -> None:
+        self._started = self._shown = time.monotonic()
+        self._told_of_compiling = False
+        self._bar: Any = None
+
+    def __enter__(self) -> "ConsoleProgress":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def __call__(self, stage: str, fraction: float) -> None:
+        """Show that `fraction` (0 to 1) of `stage` is done."""
+        if stage.startswith("compiling") and not self._told_of_compiling:
+            self._told_of_compiling = True
+            print(stage, file=sys.stderr, flush=True)
+        now = time.monotonic()
+        if now - self._started < _DELAY or now - self._shown < _INTERVAL or not sys.stderr.isatty():
+            return
+        self._shown = now
+        if self._bar is None:
+            self._bar = _start_bar()
+        self._bar.update(self._bar.task_ids[0], description=stage, completed=fraction, refresh=True)
+
+
+def _start_bar() -> Any:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+    # Refreshed by the callback: a thread of its own would take time from the kernels.
+    bar = Progress(TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), console=Console(stderr=True),
+                   transient=True, auto_refresh=False)
+    bar.add_task("", total=1.0)
+    bar.start()
+    return bar

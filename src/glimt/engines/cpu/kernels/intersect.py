@@ -1,0 +1,12 @@
+"""Stage 2: rays to hits."""
+
+from glimt.engines.cpu.kernels.traverse import closest_hit
+from glimt.kernel import inline
+from glimt.layout import MISS
+
+
+@inline
+def intersect(scene, origin, direction, active):
+    """Return (hit, lanes that hit something)."""
+    hit = closest_hit(scene, origin, direction, active)
+    return hit, active & (hit.inst != MISS)

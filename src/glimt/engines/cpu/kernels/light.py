@@ -1,0 +1,50 @@
+"""Lights: what arrives at a point, before anything stands in the way."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from glimt.kernel import inline
+from glimt.lanes import dot, f32, maximum, minimum, reciprocal_sqrt, scalar, scalar3, scalar_int, splat3
+from glimt.layout import DIRECTIONAL_LIGHT, LIGHT, SPOT_LIGHT
+
+_ENDLESS = np.float32(np.inf)
+_TINY = np.float32(1e-36)
+
+
+class LightSample(NamedTuple):
+    """Light from one light: wi, the unit way to it; reach and t_max, the shadow ray's direction and end; attenuation,
+    0 where nothing arrives."""
+
+    wi: object
+    reach: object
+    t_max: object
+    attenuation: object
+
+
+@inline
+def light_sample(scene, index, point):
+    """Return the LightSample of light number `index`.
+
+    Attenuation is the paper's polynomial of distance / radius; the cone is glTF's (KHR_lights_punctual).
+    """
+    record = index * LIGHT.words
+    kind = scalar_int(scene.lights, record + LIGHT.kind)
+    if kind == DIRECTIONAL_LIGHT:
+        wi = splat3(f32(0.0)) - scalar3(scene.lights, record + LIGHT.direction)
+        return LightSample(wi, wi, _ENDLESS, f32(1.0))
+    reach = scalar3(scene.lights, record + LIGHT.position) - point
+    squared = maximum(dot(reach, reach), _TINY)
+    inverse = reciprocal_sqrt(squared)
+    wi = reach * inverse
+    x = squared * inverse * scalar(scene.lights, record + LIGHT.inverse_radius)
+    at = record + LIGHT.attenuation
+    polynomial = scalar(scene.lights, at) + x * (scalar(scene.lights, at + 1) + x * scalar(scene.lights, at + 2))
+    attenuation = 1.0 / maximum(polynomial, _TINY)
+    if kind == SPOT_LIGHT:
+        cosine = f32(0.0) - dot(wi, scalar3(scene.lights, record + LIGHT.direction))
+        cone = cosine * scalar(scene.lights, record + LIGHT.cone_scale) + scalar(scene.lights,
+                                                                                record + LIGHT.cone_offset)
+        cone = minimum(maximum(cone, 0.0), 1.0)
+        attenuation = attenuation * cone * cone
+    return LightSample(wi, reach, np.float32(1), attenuation)

@@ -1,0 +1,111 @@
+"""Texture look-ups: bilinear within a level, linear between levels."""
+
+import numpy as np
+
+from glimt.kernel import routine, inline
+from glimt.lanes import (
+    any_lane,
+    floor,
+    gather_int,
+    log2,
+    maximum,
+    minimum,
+    scalar,
+    scalar_int,
+    select,
+    select3,
+    to_float,
+    to_int,
+    vector3,
+)
+from glimt.layout import LEVEL, TEXEL_BITS, TEXEL_MAX, TEXTURE
+
+_FAR_TEXCOORD = np.float32(1e6)
+"""Texcoords beyond this are taken to the nearest end: float32 has no fraction left there worth a texture."""
+
+
+@inline
+def _texel(word):
+    """Return the three parts of a texel, each 0..TEXEL_MAX."""
+    return vector3(to_float(word & TEXEL_MAX), to_float((word >> TEXEL_BITS) & TEXEL_MAX),
+                   to_float((word >> (TEXEL_BITS + TEXEL_BITS)) & TEXEL_MAX))
+
+
+@inline
+def _neighbours(coordinate, size, clamp):
+    """Return (first texel, second texel, weight of the second) along one axis."""
+    position = coordinate * size - 0.5
+    first = floor(position)
+    weight = position - first
+    second = first + 1.0
+    last = size - 1.0
+    if clamp:
+        first, second = minimum(maximum(first, 0.0), last), minimum(maximum(second, 0.0), last)
+    else:
+        first, second = select(first < 0.0, last, first), select(second > last, 0.0, second)
+    return first, second, weight
+
+
+@inline
+def _lerp(a, b, weight):
+    return a + (b - a) * weight
+
+
+@inline
+def _bilinear(scene, lanes, level, u, v, clamp, squared):
+    """Return the texture at (u, v) in 0..1 of the level whose record index is `level`."""
+    record = level * np.int32(LEVEL.words)
+    start = gather_int(scene.levels, record + np.int32(LEVEL.first_texel), lanes)
+    width = gather_int(scene.levels, record + np.int32(LEVEL.width), lanes)
+    height = to_float(gather_int(scene.levels, record + np.int32(LEVEL.height), lanes))
+    x0, x1, x = _neighbours(u, to_float(width), clamp)
+    y0, y1, y = _neighbours(v, height, clamp)
+    row0, row1 = to_int(y0) * width + start, to_int(y1) * width + start
+    column0, column1 = to_int(x0), to_int(x1)
+    a = _texel(gather_int(scene.texels, row0 + column0, lanes))
+    b = _texel(gather_int(scene.texels, row0 + column1, lanes))
+    c = _texel(gather_int(scene.texels, row1 + column0, lanes))
+    d = _texel(gather_int(scene.texels, row1 + column1, lanes))
+    if squared:
+        a, b, c, d = a * a, b * b, c * c, d * d
+    return _lerp(_lerp(a, b, x), _lerp(c, d, x), y)
+
+
+@routine
+def sample_texture(scene, texture, lanes, texcoord_u, texcoord_v, footprint, is_color):
+    """Return the texture with record index `texture` (the same for all lanes) as values 0..1.
+
+    `footprint` is the width of a pixel on the surface in texcoord units. The level is the one where that is a texel,
+    after Akenine-Möller et al., "Improved shader and texture level of detail using ray cones" (2021).
+    """
+    record = np.int64(texture) * TEXTURE.words
+    clamp = scalar_int(scene.textures, record + TEXTURE.clamp) != 0
+    scale_u, scale_v = scalar(scene.textures, record + TEXTURE.scale), scalar(scene.textures, record + TEXTURE.scale + 1)
+    u = texcoord_u * scale_u + scalar(scene.textures, record + TEXTURE.offset)
+    v = texcoord_v * scale_v + scalar(scene.textures, record + TEXTURE.offset + 1)
+    u = minimum(maximum(u, -_FAR_TEXCOORD), _FAR_TEXCOORD)
+    v = minimum(maximum(v, -_FAR_TEXCOORD), _FAR_TEXCOORD)
+    if clamp:
+        u, v = minimum(maximum(u, 0.0), 1.0), minimum(maximum(v, 0.0), 1.0)
+    else:
+        u, v = u - floor(u), v - floor(v)
+
+    # Level of detail; squares keep the geometric mean of both directions without a root.
+    first = scalar_int(scene.textures, record + TEXTURE.first_level)
+    last = scalar_int(scene.textures, record + TEXTURE.levels) - 1
+    at = np.int64(first) * LEVEL.words
+    texels = (np.float32(scalar_int(scene.levels, at + LEVEL.width)) * abs(scale_u)
+              * np.float32(scalar_int(scene.levels, at + LEVEL.height)) * abs(scale_v))
+    detail = log2(maximum(footprint * footprint * texels, 1.0)) * 0.5
+    detail = minimum(maximum(detail, 0.0), np.float32(last))
+    lower = floor(detail)
+    weight = detail - lower
+    level = to_int(lower)
+
+    value = _bilinear(scene, lanes, level + first, u, v, clamp, is_color)
+    between = lanes & (weight > 0.0)
+    if any_lane(between):
+        coarser = _bilinear(scene, between, level + (first + 1), u, v, clamp, is_color)
+        value = select3(between, _lerp(value, coarser, weight), value)
+    one = np.float32(1) / np.float32(TEXEL_MAX)
+    return value * (one * one if is_color else one)

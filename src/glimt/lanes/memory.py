@@ -1,0 +1,165 @@
+"""Lanes and scalars from and to memory. Indices count 4-byte words and are never checked or wrapped around."""
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.errors import RequireLiteralValue
+from numba.extending import intrinsic
+
+from glimt.lanes.ops import suffix
+from glimt.lanes.types import INT32, LANES, as_lanes, lanes_type
+
+
+def _address(context, builder, sig, args):
+    """Emit the address of word args[1] of the pointer or array args[0]."""
+    base, index = sig.args[:2]
+    data = context.make_array(base)(context, builder, args[0]).data if isinstance(base, types.Array) else args[0]
+    return builder.gep(data, [context.cast(builder, args[1], index, types.intp)])
+
+
+@intrinsic
+def pointer(typing_context, array):
+    """Return where an array's data starts: no reference count, no bounds, cheap to pass down."""
+    def emit(context, builder, sig, args):
+        return context.make_array(sig.args[0])(context, builder, args[0]).data
+
+    return types.CPointer(array.dtype)(array), emit
+
+
+def _scalar_loader(result, element):
+    @intrinsic
+    def load_scalar(typing_context, words, index):
+        def emit(context, builder, sig, args):
+            address = builder.bitcast(_address(context, builder, sig, args), element.as_pointer())
+            return builder.load(address, align=4)
+
+        return result(words, index), emit
+
+    return load_scalar
+
+
+scalar = _scalar_loader(types.float32, ir.FloatType())
+scalar_int = _scalar_loader(types.int32, INT32)
+"""One word as a float or as an integer, whatever the array calls itself: records hold both."""
+
+
+@intrinsic
+def store_scalar(typing_context, words, index, value):
+    """Write one word."""
+    def emit(context, builder, sig, args):
+        value = context.cast(builder, args[2], sig.args[2], sig.args[0].dtype)
+        builder.store(value, _address(context, builder, sig, args), align=4)
+        return context.get_dummy_value()
+
+    return types.void(words, index, value), emit
+
+
+def _loader(count):
+    @intrinsic
+    def load_lanes(typing_context, words, index):
+        lanes = lanes_type("f32", count)
+
+        def emit(context, builder, sig, args):
+            address = _address(context, builder, sig, args)
+            return builder.load(builder.bitcast(address, lanes.register.as_pointer()), align=4)
+
+        return lanes(words, index), emit
+
+    return load_lanes
+
+
+load, load8 = _loader(LANES), _loader(8)
+
+
+def _storer():
+    @intrinsic
+    def store_lanes(typing_context, words, index, value):
+        def emit(context, builder, sig, args):
+            address = _address(context, builder, sig, args)
+            builder.store(args[2], builder.bitcast(address, value.register.as_pointer()), align=4)
+            return context.get_dummy_value()
+
+        return types.void(words, index, value), emit
+
+    return store_lanes
+
+
+store = store8 = _storer()
+
+
+class _VectorAddress(ir.instructions.GEPInstr):
+    """Base pointer and <N x i32> index → <N x ptr>; llvmlite's own gep types scalar indices only."""
+
+    def __init__(self, parent, base, index, element):
+        super().__init__(parent, base, [index], False, "", source_etype=element)
+        self.type = ir.VectorType(ir.PointerType(), index.type.count)
+
+
+def _gatherer(kind):
+    @intrinsic
+    def gather_lanes(typing_context, words, index, condition):
+        lanes = lanes_type(kind, index.count)
+
+        def emit(context, builder, sig, args):
+            addresses = _VectorAddress(builder.block, args[0], args[1], lanes.register.element)
+            builder._insert(addresses)
+            zero = ir.Constant(lanes.register, [lanes.register.element(0)] * lanes.count)
+            function = ir.FunctionType(lanes.register, [addresses.type, INT32, args[2].type, lanes.register])
+            name = f"llvm.masked.gather.{suffix(lanes)}.v{lanes.count}p0"
+            declared = cgutils.get_or_insert_function(builder.module, function, name)
+            return builder.call(declared, [addresses, INT32(4), args[2], zero])
+
+        return lanes(words, index, condition), emit
+
+    return gather_lanes
+
+
+gather, gather_int = _gatherer("f32"), _gatherer("i32")
+"""words[index] in the lanes of a condition, 0 elsewhere; words is a pointer."""
+
+
+def _stack(dtype):
+    @intrinsic
+    def allocate(typing_context, count):
+        if not isinstance(count, types.IntegerLiteral):
+            raise RequireLiteralValue(count)
+        words = count.literal_value
+
+        def emit(context, builder, sig, args):
+            element = context.get_data_type(dtype)
+            with builder.goto_entry_block():
+                block = builder.alloca(ir.ArrayType(element, words))
+                block.align = 64
+            return builder.bitcast(block, element.as_pointer())
+
+        return types.CPointer(dtype)(count), emit
+
+    return allocate
+
+
+stack_floats, stack_ints = _stack(types.float32), _stack(types.int32)
+"""Uninitialised memory of a literal number of words that lives as long as the call."""
+
+
+@intrinsic
+def atomic_add(typing_context, array, index, value):
+    """Add to an int64 and return what was there before."""
+    def emit(context, builder, sig, args):
+        value = context.cast(builder, args[2], sig.args[2], types.int64)
+        return builder.atomic_rmw("add", _address(context, builder, sig, args), value, "monotonic")
+
+    return types.int64(array, index, value), emit
+
+
+@intrinsic
+def atomic_load(typing_context, array, index):
+    """Return an int64 that another thread may be writing."""
+    def emit(context, builder, sig, args):
+        return builder.load_atomic(_address(context, builder, sig, args), "monotonic", 8)
+
+    return types.int64(array, index), emit
+
+
+def broadcast_word(context, builder, address, lanes):
+    """Emit the float at `address` in all lanes."""
+    return as_lanes(context, builder, builder.load(address, align=4), types.float32, lanes)

@@ -1,0 +1,210 @@
+"""Scene objects to the arrays that engines read."""
+
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt import bvh, linalg
+from glimt.errors import GlimtWarning
+from glimt.layout import (
+    DIRECTIONAL_LIGHT,
+    INSTANCE,
+    LEAF_STEP,
+    LIGHT,
+    MATERIAL,
+    MESH_KIND,
+    NO_TANGENTS,
+    NODE,
+    POINT_LIGHT,
+    SPHERE_KIND,
+    SPOT_LIGHT,
+    TANGENT,
+    TRIANGLE,
+    TRIANGLE_BLOCK,
+    VERTEX,
+    VIEW,
+    dtype,
+)
+from glimt.packed.meshes import PackedMesh, pack_mesh
+from glimt.packed.packed_scene import PackedScene
+from glimt.packed.textures import TexturePacker
+from glimt.scene.camera import Camera
+from glimt.scene.instance import Instance
+from glimt.scene.light import DirectionalLight, Light, PointLight, SpotLight
+from glimt.scene.material import Material
+from glimt.scene.mesh import Mesh
+from glimt.scene.scene import RenderSettings, Scene
+from glimt.scene.sphere import Sphere
+
+_BOX_PAD = 2e-6
+"""World boxes grow by this share of their size and place: more than rounding takes from a ray on its way into object
+space."""
+
+
+def pack(scene: Scene, time: float = 0.0, threads: int = 1) -> PackedScene:
+    """Return the arrays of a scene with its lights as they stand at `time` seconds."""
+    packer = _Packer(threads)
+    for thing in scene.objects:
+        if isinstance(thing, Sphere):
+            packer.add_sphere(thing)
+        elif len(thing.mesh.triangles):
+            packer.add_instance(thing, _needs_tangents(scene, thing.mesh))
+    return packer.finish(pack_lights(scene.lights, time))
+
+
+def _needs_tangents(scene: Scene, mesh: Mesh) -> bool:
+    if mesh.texcoords is None:
+        return False
+    used = [thing.material for thing in scene.instances() if thing.mesh is mesh and thing.material]
+    return any(material.normal_texture is not None for material in [*mesh.materials, *used])
+
+
+class _Packer:
+    """Gathers the parts of a scene, each mesh, material and texture once."""
+
+    def __init__(self, threads: int) -> None:
+        self.threads = threads
+        self.textures = TexturePacker()
+        self.materials: list[Any] = []
+        self.instances: list[Any] = []
+        self.boxes: list[tuple[NDArray[Any], NDArray[Any]]] = []
+        self.meshes: list[tuple[PackedMesh, NDArray[np.int32]]] = []
+        self._material_ids: dict[int, int] = {}
+        self._placed: dict[int, dict[str, int]] = {}
+        self._size = dict.fromkeys(("nodes", "blocks", "vertices", "tangents", "triangles"), 0)
+
+    def add_material(self, material: Material) -> int:
+        """Return the material's index."""
+        if id(material) not in self._material_ids:
+            self._material_ids[id(material)] = len(self.materials)
+            record = np.zeros((), dtype(MATERIAL))
+            for name in ("ambient", "diffuse", "specular", "exponent", "reflectivity", "normal_scale"):
+                record[name] = getattr(material, name)
+            record["diffuse_texture"] = self.textures.add(material.diffuse_texture, "color")
+            record["normal_texture"] = self.textures.add(material.normal_texture, "data")
+            self.materials.append(record)
+        return self._material_ids[id(material)]
+
+    def add_mesh(self, mesh: Mesh, with_tangents: bool) -> dict[str, int]:
+        """Return the INSTANCE fields that say where the mesh's arrays start."""
+        if id(mesh) not in self._placed:
+            packed = pack_mesh(mesh, with_tangents, self.threads)
+            size = self._size
+            self._placed[id(mesh)] = {
+                "root": size["nodes"], "first_triangle": size["triangles"], "flat": mesh.normals is None,
+                "tangent_shift": size["tangents"] - size["vertices"] if len(packed.tangents) else int(NO_TANGENTS)}
+            ids = np.array([self.add_material(material) for material in mesh.materials], np.int32)
+            assert mesh.material_ids is not None
+            self.meshes.append((packed, ids[mesh.material_ids]))
+            for name, rows in (("nodes", packed.tree.nodes.reshape(-1, NODE.words)), ("blocks", packed.blocks),
+                               ("vertices", packed.vertices), ("tangents", packed.tangents),
+                               ("triangles", packed.triangles)):
+                size[name] += len(rows)
+            if mesh.texcoords is None and any(m.diffuse_texture or m.normal_texture for m in mesh.materials):
+                warnings.warn(GlimtWarning(f"mesh {mesh.name!r} has textures but no texcoords; each shows its first "
+                                           "texel"), stacklevel=2)
+        return self._placed[id(mesh)]
+
+    def add_instance(self, instance: Instance, with_tangents: bool) -> None:
+        """Place a mesh."""
+        record = np.zeros((), dtype(INSTANCE))
+        for name, value in self.add_mesh(instance.mesh, with_tangents).items():
+            record[name] = value
+        matrix = instance.object_to_world
+        record["kind"] = MESH_KIND
+        record["material"] = self.add_material(instance.material) if instance.material else -1
+        record["identity"] = np.array_equal(matrix, linalg.identity())
+        record["object_to_world"] = matrix.ravel()
+        record["world_to_object"] = linalg.inverse(matrix).ravel()
+        self._append(record, *linalg.transform_box(matrix, *instance.mesh.bounds()))
+
+    def add_sphere(self, sphere: Sphere) -> None:
+        """Place a sphere."""
+        record = np.zeros((), dtype(INSTANCE))
+        record["kind"], record["material"] = SPHERE_KIND, self.add_material(sphere.material)
+        record["center"], record["radius"] = sphere.center, sphere.radius
+        self._append(record, np.subtract(sphere.center, sphere.radius), np.add(sphere.center, sphere.radius))
+
+    def _append(self, record: Any, lo: NDArray[Any], hi: NDArray[Any]) -> None:
+        record["extent"] = (hi - lo).max()
+        pad = _BOX_PAD * (np.maximum(np.abs(lo), np.abs(hi)) + (hi - lo).max())
+        self.boxes.append((lo - pad, hi + pad))
+        self.instances.append(record)
+
+    def finish(self, lights: NDArray[np.float32]) -> PackedScene:
+        """Join everything; one empty record stands where a kind is absent, since no array may be empty."""
+        boxes = np.array(self.boxes, np.float32).reshape(-1, 2, 3)
+        tlas = bvh.build(boxes[:, 0], boxes[:, 1], self.threads)
+        nodes, blocks, triangles, start = [], [], [], dict.fromkeys(self._size, 0)
+        for mesh, material_ids in self.meshes:
+            nodes.append(_shift_codes(mesh.tree.nodes, start["nodes"], start["blocks"]))
+            blocks.append(mesh.blocks)
+            rows = np.empty((len(mesh.triangles), TRIANGLE.words), np.int32)
+            rows[:, :3], rows[:, 3] = mesh.triangles + start["vertices"], material_ids
+            triangles.append(rows.view(np.float32))
+            start["nodes"] += len(mesh.tree.nodes) // NODE.words
+            start["blocks"] += len(mesh.blocks)
+            start["vertices"] += len(mesh.vertices)
+        textures, levels, texels = self.textures.arrays()
+        return PackedScene(
+            tlas_nodes=tlas.nodes, tlas_blocks=_words([tlas.leaf_prims.view(np.float32)], 4),
+            blas_nodes=_words(nodes, NODE.words), blas_blocks=_words(blocks, TRIANGLE_BLOCK.words),
+            instances=_records(self.instances, INSTANCE), triangles=_words(triangles, TRIANGLE.words),
+            vertices=_words([mesh.vertices for mesh, _ in self.meshes], VERTEX.words),
+            tangents=_words([mesh.tangents for mesh, _ in self.meshes], TANGENT.words),
+            materials=_records(self.materials, MATERIAL), textures=textures, levels=levels, texels=texels,
+            lights=lights)
+
+
+def _shift_codes(nodes: NDArray[np.float32], first_node: int, first_block: int) -> NDArray[np.float32]:
+    """Return a copy of a tree's nodes whose child codes count from the start of the joined arrays."""
+    shifted = nodes.copy()
+    codes = shifted.view(np.int32).reshape(-1, NODE.words)[:, NODE.child:NODE.unused]
+    codes += np.where(codes >= 0, np.int32(first_node), np.int32(-first_block * LEAF_STEP))
+    return shifted
+
+
+def _words(parts: list[NDArray[np.float32]], record: int) -> NDArray[np.float32]:
+    """Join arrays into one of words that starts on a cache line; at least one record long."""
+    total = sum(part.size for part in parts)
+    joined = bvh.aligned(max(total, record))
+    joined[total:] = 0
+    np.concatenate([part.ravel() for part in parts] or [joined[:0]], out=joined[:total])
+    return joined
+
+
+def _records(rows: list[Any], struct: Any) -> NDArray[np.float32]:
+    return np.array(rows or [np.zeros((), dtype(struct))], dtype(struct)).view(np.float32)
+
+
+def pack_lights(lights: list[Light], time: float = 0.0) -> NDArray[np.float32]:
+    """Return the LIGHT records of lights as they stand at `time`; one record that is never read for no lights."""
+    rows = np.zeros(max(1, len(lights)), dtype(LIGHT))
+    for row, light in zip(rows, lights, strict=False):
+        row["diffuse"], row["specular"] = light.diffuse, light.specular
+        if isinstance(light, DirectionalLight):
+            row["kind"], row["direction"] = DIRECTIONAL_LIGHT, linalg.normalize(light.direction_at(time))
+        elif isinstance(light, PointLight):
+            row["kind"], row["position"] = POINT_LIGHT, light.position_at(time)
+            row["inverse_radius"], row["attenuation"] = 1 / light.radius, light.attenuation
+            if isinstance(light, SpotLight):
+                inner, outer = light.cosines()
+                row["kind"], row["direction"] = SPOT_LIGHT, linalg.normalize(light.direction)
+                row["cone_scale"] = 1 / max(inner - outer, 1e-5)
+                row["cone_offset"] = -outer * row["cone_scale"]
+    return rows.view(np.float32)
+
+
+def pack_view(camera: Camera, settings: RenderSettings, lights: list[Light]) -> NDArray[np.float32]:
+    """Return the VIEW record of a frame."""
+    basis = camera.basis()
+    reach = np.tan(np.radians(camera.fov_deg) / 2)
+    row = np.zeros((), dtype(VIEW))
+    row["origin"], row["look"] = camera.position, basis.look
+    row["right"], row["up"] = basis.right * reach * settings.width / settings.height, basis.up * reach
+    row["spread"] = 2 * reach / settings.height
+    row["background"] = settings.background
+    row["ambient"] = np.sum([settings.ambient, *(light.ambient for light in lights)], 0)
+    return row.reshape(1).view(np.float32)

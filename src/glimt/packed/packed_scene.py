@@ -1,0 +1,34 @@
+"""What an engine gets to see of a scene."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Words = NDArray[np.float32]
+
+
+class PackedScene(NamedTuple):
+    """Arrays of records, as float32 words whatever a field's type (see `glimt.layout` for each record).
+
+    A tree below each mesh (BLAS, in object space) and one above the instances (TLAS, in world space). An index is
+    global within its array; child codes of BLAS nodes count from the start of `blas_nodes` and `blas_blocks`.
+    """
+
+    tlas_nodes: Words  # NODE, root first
+    tlas_blocks: Words  # INSTANCE_BLOCK
+    blas_nodes: Words  # NODE
+    blas_blocks: Words  # TRIANGLE_BLOCK
+    instances: Words  # INSTANCE
+    triangles: Words  # TRIANGLE
+    vertices: Words  # VERTEX
+    tangents: Words  # TANGENT
+    materials: Words  # MATERIAL
+    textures: Words  # TEXTURE
+    levels: Words  # LEVEL
+    texels: Words  # one word each
+    lights: Words  # LIGHT
+
+    def memory_bytes(self) -> int:
+        """Return the size of all arrays."""
+        return sum(array.nbytes for array in self)
