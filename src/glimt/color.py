@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.errors import GlimtError
+from glimt.kernel import inline, kernel
 
 ToneCurve = Literal["clamp", "filmic"]
 
@@ -15,7 +16,7 @@ def srgb_to_linear(values: NDArray[Any]) -> NDArray[np.float32]:
     values = np.clip(np.asarray(values, np.float32), 0, 1)
     low = values / np.float32(12.92)
     high = ((values + np.float32(0.055)) / np.float32(1.055)) ** np.float32(2.4)
-    return np.where(values <= np.float32(0.04045), low, high)
+    return np.where(values <= np.float32(0.04045), low, high).astype(np.float32)
 
 
 def linear_to_srgb(values: NDArray[Any]) -> NDArray[np.float32]:
@@ -23,14 +24,14 @@ def linear_to_srgb(values: NDArray[Any]) -> NDArray[np.float32]:
     values = np.clip(np.asarray(values, np.float32), 0, 1)
     low = values * np.float32(12.92)
     high = np.float32(1.055) * values ** np.float32(1 / 2.4) - np.float32(0.055)
-    return np.where(values <= np.float32(0.0031308), low, high)
+    return np.where(values <= np.float32(0.0031308), low, high).astype(np.float32)
 
 
-def filmic(radiance: NDArray[np.float32]) -> NDArray[np.float32]:
+@inline
+def filmic(x):  # type: ignore[no-untyped-def]
     """Roll radiance off towards 1 (Narkowicz, "ACES Filmic Tone Mapping Curve", 2016)."""
-    x = np.clip(radiance, 0, np.float32(1e4))
-    f = np.float32
-    return x * (f(2.51) * x + f(0.03)) / (x * (f(2.43) * x + f(0.59)) + f(0.14))
+    top = x * (np.float32(2.51) * x + np.float32(0.03))
+    return top / (x * (np.float32(2.43) * x + np.float32(0.59)) + np.float32(0.14))
 
 
 def develop(radiance: NDArray[np.float32], exposure: float = 0.0, tone_curve: ToneCurve = "clamp") -> NDArray[np.uint8]:
@@ -38,11 +39,12 @@ def develop(radiance: NDArray[np.float32], exposure: float = 0.0, tone_curve: To
 
     Parameters
     ----------
-    radiance : (h, w, 3) float32
-        Linear RGB, Rec. 709 primaries.
+    radiance : (h, w, 3) or (h, w, 4) float32
+        Linear RGB, Rec. 709 primaries; a fourth number says how many samples were added up.
     exposure : float
         Stops; each doubles the radiance.
     tone_curve : "clamp" or "filmic"
+        How radiance above 1 is shown: cut off, or rolled off.
 
     Returns
     -------
@@ -50,11 +52,28 @@ def develop(radiance: NDArray[np.float32], exposure: float = 0.0, tone_curve: To
     """
     if tone_curve not in ("clamp", "filmic"):
         raise GlimtError(f"tone curve is {tone_curve!r}, expected 'clamp' or 'filmic'")
-    exposed = np.clip(radiance, 0, np.float32(1e30)) * np.float32(2.0**min(max(exposure, -100.0), 25.0))
-    toned = filmic(exposed) if tone_curve == "filmic" else np.minimum(exposed, np.float32(1))
-    return _SRGB_CODES[(toned * np.float32(len(_SRGB_CODES) - 1) + np.float32(0.5)).astype(np.int32)]
+    image = np.empty((*radiance.shape[:2], 3), np.uint8)
+    scale = np.float32(2.0 ** min(max(exposure, -100.0), 25.0))
+    _develop(np.ascontiguousarray(radiance, np.float32), scale, tone_curve == "filmic", _SRGB_CODES, image)
+    return image
 
 
-# Codes for 65,536 steps of linear light: at the dark end one code spans 20 steps, so the table is exact to a step.
+@kernel
+def _develop(radiance, scale, is_filmic, codes, image):  # type: ignore[no-untyped-def]
+    """Develop row by row through a table of sRGB codes."""
+    one, zero, last = np.float32(1), np.float32(0), np.float32(len(codes) - 1)
+    height, width, parts = radiance.shape
+    for y in range(height):
+        for x in range(width):
+            samples = radiance[y, x, 3] if parts > 3 else one
+            factor = scale / samples if samples > zero else zero
+            for k in range(3):
+                value = min(max(radiance[y, x, k] * factor, zero), np.float32(1e4))
+                if is_filmic:
+                    value = filmic(value)
+                image[y, x, k] = codes[np.int32(min(value, one) * last + np.float32(0.5))]
+
+
+# Codes for 65,536 steps of linear light: at the dark end one code spans 20 steps, so the table is right to a step.
 _SRGB_CODES = (linear_to_srgb(np.linspace(0, 1, 65536, dtype=np.float32)) * np.float32(255) + np.float32(0.5)).astype(
     np.uint8)

@@ -68,11 +68,10 @@ def cache_folder() -> Path:
 def _cache_key() -> str:
     package = Path(__file__).parent
     digest = hashlib.sha256()
-    for entry in _KERNEL_SOURCES:
-        path = package / entry
-        for source in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            digest.update(source.relative_to(package).as_posix().encode())
-            digest.update(source.read_bytes())
+    for source in sorted(package.rglob("*.py")):
+        text = source.read_bytes()
+        if b"glimt.kernel" in text or source.name == "layout.py":  # what holds kernels, or constants of theirs
+            digest.update(source.relative_to(package).as_posix().encode() + text)
     build = (numba.__version__, sys.version_info[:2], host_name(), sorted(host_features()), host_lanes())
     digest.update(repr(build).encode())
     return digest.hexdigest()[:20]
@@ -132,6 +131,13 @@ def kernel(function: Callable[..., Any]) -> Any:
         dispatcher._cache = _Cache(function)
     KERNELS.append(dispatcher)
     return dispatcher
+
+
+def is_ready(dispatcher: Any) -> bool:
+    """Return whether an entry point runs without being compiled first, by this process or from the disk."""
+    function = dispatcher.py_func
+    name = f"{function.__module__.rsplit('.', 1)[-1]}.{function.__qualname__}-*.nbc"
+    return bool(dispatcher.overloads) or any(cache_folder().glob(name))
 
 
 def inline(function: Callable[..., Any]) -> Any:

@@ -22,7 +22,8 @@ def _struct(name: str, **fields: str) -> Any:
         formats.append((spec[-1] + "4", (count,)) if count > 1 else spec[-1] + "4")
         offset += count
     _DTYPES[name] = np.dtype(list(zip(fields, formats, strict=True)))
-    return namedtuple(name, [*fields, "words"])(*offsets, offset)
+    make: Any = namedtuple  # mypy wants literal names
+    return make(name, [*fields, "words"])(*offsets, offset)
 
 
 def dtype(struct: Any) -> np.dtype[Any]:

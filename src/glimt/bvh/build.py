@@ -1,6 +1,7 @@
 """Boxes in, tree out."""
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -74,14 +75,14 @@ def _build_binary(pool: ThreadPoolExecutor, threads: int, boxes: NDArray[np.floa
     tasks, task_boxes = np.empty(4 * _MOST_TASKS, np.int64), np.empty(16 * _MOST_TASKS, np.float32)
     task_size = max(count // 32, 1024) if count > _PARALLEL_FROM else 0
     spare, counter = aligned(8 * count), np.array([-1, 0])
-    arguments = (boxes, spare, bounds, meta, whole, task_size, tasks, task_boxes)
-    left = pool.submit(build_tree, *arguments, counter).result()
+    run = partial(build_tree, boxes, spare, bounds, meta, whole, task_size, tasks, task_boxes, counter)
+    left = pool.submit(run).result()
     if left:
         largest_first = np.argsort(tasks[1:4 * left:4] - tasks[2:4 * left:4], kind="stable")
         tasks[:4 * left] = tasks[:4 * left].reshape(-1, 4)[largest_first].ravel()
         task_boxes[:16 * left] = task_boxes[:16 * left].reshape(-1, 16)[largest_first].ravel()
         counter[:] = 0, left
-        for job in [pool.submit(build_tree, *arguments, counter) for _ in range(max(1, threads))]:
+        for job in [pool.submit(run) for _ in range(max(1, threads))]:
             job.result()
 
 

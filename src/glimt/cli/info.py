@@ -65,7 +65,7 @@ def _scene(path: Path) -> dict[str, Any]:
     with log.collect(), ConsoleProgress() as progress:
         from glimt.io import load
         scene = load(path)
-        from glimt.render import Renderer
+        from glimt.renderer import Renderer
         stats = Renderer(scene, progress=progress).stats()
     return {"scene": str(path), **dataclasses.asdict(stats), "warnings": log.count}
 

@@ -66,7 +66,7 @@ def render(
 
 
 def _trace(scene: "Scene", threads: int | None, time: float, progress: ConsoleProgress) -> "Film":
-    from glimt.render import Renderer
+    from glimt.renderer import Renderer
     return Renderer(scene, threads=threads, progress=progress).render(time, progress)
 
 

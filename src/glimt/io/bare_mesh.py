@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 
-from glimt.errors import WarningCounter
 from glimt.io.obj import read_obj
 from glimt.scene.camera import Basis, Camera
 from glimt.scene.light import DirectionalLight
@@ -13,13 +12,8 @@ from glimt.scene.scene import RenderSettings, Scene
 
 def read_bare_mesh(path: Path) -> Scene:
     """Return a scene of the OBJ file as modelled; its camera is None, so that it is framed when it is rendered."""
-    warnings = WarningCounter()
-    mesh = read_obj(path, warnings=warnings)
-    if not len(mesh.triangles):
-        warnings.add("no triangles, only the background is seen", str(path))
-    warnings.issue()
     settings = RenderSettings(640, 480, samples=2, max_bounces=2, background=(0.32, 0.36, 0.42), ambient=0.08)
-    scene = Scene(settings=settings, name=path.stem).add(mesh)
+    scene = Scene(settings=settings, name=path.stem).add(read_obj(path))
     return scene.add(*_lights(Camera.framing(*scene.bounds()).basis()))
 
 

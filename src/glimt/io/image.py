@@ -61,6 +61,7 @@ def read_texture(path: str | os.PathLike[str], *, encoding: Encoding, wrap: Wrap
     Parameters
     ----------
     path : str or path
+        Its ending does not matter.
     encoding, wrap, scale, offset : Encoding, Wrap, pair of float, pair of float
         As in `Texture`.
     where : str

@@ -50,6 +50,7 @@ def read_mtl(path: str | os.PathLike[str], warnings: WarningCounter,
     Parameters
     ----------
     path : str or path
+        At most 64 MiB; the textures it names are looked for from its folder (see `obj_paths`).
     warnings : WarningCounter
         Receives everything that is missing, wrong, or not drawn.
     textures : TextureCache, optional

@@ -14,6 +14,7 @@ from glimt.io.obj_paths import FileFinder
 from glimt.io.obj_text import Name, ObjText, parse_text, read_bytes
 from glimt.io.smooth import smooth_normals, unique_rows
 from glimt.io.triangulate import Triangles, has_area, triangulate
+from glimt.scene import checks
 from glimt.scene.material import Material
 from glimt.scene.mesh import Mesh
 
@@ -82,7 +83,7 @@ def _triangles(text: ObjText, path: Path, warnings: WarningCounter) -> Triangles
 def _with_normals(text: ObjText, faces: NDArray[np.int64],
                   corners: NDArray[np.int32]) -> NDArray[np.float32]:
     """Return all normals; corners (m, 3, 3) without a usable one of the file's are pointed to one that is computed."""
-    usable = np.isfinite(text.normals).all(1) & text.normals.any(1)
+    usable = np.asarray((np.abs(text.normals) <= checks.LARGEST).all(1) & text.normals.any(1))
     missing = corners[..., 2] == ABSENT
     missing[~missing] = ~usable[corners[~missing][:, 2]]
     if not missing.any():

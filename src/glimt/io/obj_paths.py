@@ -6,7 +6,6 @@ usually the exporter's own, is looked for by its base name beside the file.
 """
 
 import os
-import re
 import unicodedata
 from pathlib import Path
 
@@ -28,8 +27,7 @@ class FileFinder:
         base = os.path.abspath(folder)
         wanted = os.path.normpath(os.path.join(base, reference))
         root = os.path.dirname(base)
-        is_foreign = re.match(r"[A-Za-z]:|//", reference) is not None and os.name != "nt"
-        if not is_foreign and os.path.commonpath([root, wanted]) == root:
+        if wanted.startswith(os.path.join(root, "")):
             found = self._existing(root, os.path.relpath(wanted, root))
             if found is not None:
                 return found

@@ -84,9 +84,10 @@ class _SceneReader:
 
     def _settings(self) -> RenderSettings:
         table = self.tables.render
+        with self.document.blame("render", "size"):
+            settings = RenderSettings(*table.size)
         with self.document.blame("render"):
-            width, height = table.size
-            return RenderSettings(width, height, **table.given("size"))
+            return dataclasses.replace(settings, **table.given("size"))
 
     def _camera(self) -> Camera | None:
         if self.tables.camera is None:

@@ -31,7 +31,7 @@ from glimt.scene.texture import Encoding, Texture, Wrap
 
 def nearest(word: str, known: Collection[str]) -> str:
     """Return ", did you mean 'x'?" for the known word nearest to `word`, else the known words, ready to append."""
-    close = difflib.get_close_matches(word[:100], known, n=1, cutoff=0.5)
+    close = difflib.get_close_matches(word[:100], known, n=1)
     # fov for fov_deg: too short to be close, and still what was meant.
     close = close or [name for name in known if len(word) > 2 and (name.startswith(word) or word.startswith(name))]
     if close:
@@ -154,7 +154,7 @@ class CameraTable(Table):
 class TextureTable(Table):
     """A texture that is more than a path."""
 
-    file: FilePath = Field(description="PNG or JPEG file, relative to the scene file.")
+    file: FilePath = Field(description="Image, relative to the scene file.")
     wrap: Annotated[Wrap, _named('"repeat" or "clamp"')] = Field(
         Texture.wrap, description="What lies beyond texcoords 0 to 1.")
     scale: Pair = Field(list(Texture.scale), description="Looked up at `texcoord * scale + offset`.")

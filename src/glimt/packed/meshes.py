@@ -84,3 +84,8 @@ def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:
     wide = normals.astype(np.float64)
     wide /= np.maximum(np.linalg.norm(wide, axis=1, keepdims=True), 1e-300)
     return wide.astype(np.float32)
+
+
+def mesh_tree(mesh: Mesh) -> bvh.WideTree:
+    """Return the tree of a mesh that has been packed."""
+    return next(iter(_PACKED[mesh].values())).tree

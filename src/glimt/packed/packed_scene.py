@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from glimt.layout import TEXTURE, dtype
+
 Words = NDArray[np.float32]
 
 
@@ -28,6 +30,11 @@ class PackedScene(NamedTuple):
     levels: Words  # LEVEL
     texels: Words  # one word each
     lights: Words  # LIGHT
+
+    @property
+    def texture_count(self) -> int:
+        """How many textures there are."""
+        return int(np.count_nonzero(self.textures.view(dtype(TEXTURE))["levels"]))
 
     def memory_bytes(self) -> int:
         """Return the size of all arrays."""

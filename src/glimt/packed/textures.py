@@ -90,7 +90,7 @@ def _decode(texture: Texture, start: int, end: int) -> NDArray[np.float32]:
     if rows.dtype == np.uint8:
         table = np.arange(256, dtype=np.float32) / np.float32(255)
         table = srgb_to_linear(table) if texture.encoding == "srgb" else table
-        return table[rows]
+        return np.asarray(table[rows], np.float32)
     return srgb_to_linear(rows) if texture.encoding == "srgb" else rows.astype(np.float32)
 
 
@@ -116,13 +116,13 @@ def _halve(level: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
         result = (level[0::2] + level[1::2]) * np.float32(0.5)
     else:
         j = np.arange(half, dtype=np.float32).reshape(-1, *[1] * (level.ndim - 1))
-        result = ((half - j) * level[0:-2:2] + half * level[1:-1:2] + (j + 1) * level[2::2]) / np.float32(size)
+        result = ((half - j) * level[0:-2:2] + half * level[1:-1:2] + (j + 1) * level[2::2]) * np.float32(1 / size)
     return np.ascontiguousarray(np.moveaxis(result, 0, axis))
 
 
 def _encode(level: NDArray[np.float32], use: Use) -> NDArray[np.int32]:
     """Return (h, w) words of 10:10:10 bits."""
-    level = np.clip(level, 0, 1)
+    level = np.clip(level, np.float32(0), np.float32(1))
     values = (np.sqrt(level) if use == "color" else level) * np.float32(TEXEL_MAX) + np.float32(0.5)
     bits = values.astype(np.int32)
     return bits[..., 0] | bits[..., 1] << TEXEL_BITS | bits[..., 2] << (2 * TEXEL_BITS)

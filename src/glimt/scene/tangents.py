@@ -9,12 +9,10 @@ their normals get a frame that fits the texture.
 A texcoord's v grows downwards in the image and a normal map's Y upwards: green up tilts the normal to where v falls.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from glimt.linalg import normalize
 
 
 class TangentSpace(NamedTuple):
@@ -90,20 +88,28 @@ def _corners(positions: NDArray[np.float32], triangles: NDArray[np.int32], norma
     edge1, edge2 = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
     (u1, v1), (u2, v2) = (places[:, 1] - places[:, 0]).T, (places[:, 2] - places[:, 0]).T
     area = v1 * u2 - u1 * v2  # of the triangle in the texture, v turned up: positive where it is seen from the front
-    unit_normals = normalize(normals)[triangles]
+    unit_normals = _unit(normals)[triangles]
     faces_away = np.einsum("ij,ij->i", np.cross(edge1, edge2), unit_normals.sum(1)) < 0
-    along_u = normalize((edge2 * v1[:, None] - edge1 * v2[:, None]) * np.sign(area)[:, None])
-    tangents = normalize(_into_plane(along_u[:, None], unit_normals))
+    along_u = _unit((edge2 * v1[:, None] - edge1 * v2[:, None]) * np.sign(area)[:, None])
+    tangents = _unit(_into_plane(along_u[:, None], unit_normals))
     tangents *= _angles(points, unit_normals)[..., None]
     return _Corners(tangents, (area < 0) != faces_away, (area != 0) & along_u.any(1))
 
 
 def _angles(points: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (m, 3) angles between a triangle's edges, as seen along each corner's normal."""
-    ahead = normalize(_into_plane(np.roll(points, -1, 1) - points, normals))
-    back = normalize(_into_plane(np.roll(points, 1, 1) - points, normals))
+    ahead = _unit(_into_plane(np.roll(points, -1, 1) - points, normals))
+    back = _unit(_into_plane(np.roll(points, 1, 1) - points, normals))
     angles: NDArray[np.float64] = np.arccos(np.einsum("ijk,ijk->ij", ahead, back).clip(-1, 1))
     return angles
+
+
+def _unit(vectors: NDArray[Any]) -> NDArray[np.float64]:
+    """Return (..., 3) vectors at unit length, zero ones as they are; products of coordinates fit into float64."""
+    vectors = vectors.astype(np.float64, copy=False)
+    length = np.sqrt(np.einsum("...k,...k->...", vectors, vectors))
+    unit: NDArray[np.float64] = vectors / np.where(length > 0, length, 1)[..., None]
+    return unit
 
 
 def _into_plane(vectors: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -121,10 +127,10 @@ def _sum_by_vertex(triangles: NDArray[np.int32], values: NDArray[np.float64], co
 def _finish(tangents: NDArray[np.float64], normals: NDArray[np.float32],
             signs: NDArray[np.float64]) -> NDArray[np.float32]:
     """Return (k, 4) float32: unit tangents in the plane of the normals, any one where there is none, and the signs."""
-    unit_normals = normalize(normals)
-    unit = normalize(_into_plane(normalize(tangents), unit_normals))
+    unit_normals = _unit(normals)
+    unit = _unit(_into_plane(_unit(tangents), unit_normals))
     lost = np.flatnonzero(~unit.any(1))
     if len(lost):
         axis = np.eye(3)[np.abs(unit_normals[lost]).argmin(1)]
-        unit[lost] = normalize(_into_plane(axis, unit_normals[lost]))
+        unit[lost] = _unit(_into_plane(axis, unit_normals[lost]))
     return np.column_stack([unit, signs]).astype(np.float32)

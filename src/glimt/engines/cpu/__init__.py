@@ -1,0 +1,1 @@
+"""The CPU engine: SIMD-lane kernels on a thread pool."""

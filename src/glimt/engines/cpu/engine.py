@@ -1,0 +1,87 @@
+"""Tiles over threads."""
+
+import logging
+import os
+import time
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt.engines.cpu.kernels.frame import TILE, render_tiles
+from glimt.engines.cpu.warm_up import compile_kernels
+from glimt.engines.engine import Progress
+from glimt.errors import GlimtError
+from glimt.film import Counters, Film
+from glimt.kernel import is_ready
+from glimt.layout import CANCEL, COUNTER_STRIDE, NEXT_TILE
+from glimt.packed import PackedScene
+
+_POLL_SECONDS = 0.1
+_MOST_THREADS = 1024
+
+
+def available_threads() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class CpuEngine:
+    """Renders with all lanes of all cores.
+
+    The film is the same to the bit for any number of threads: tiles share nothing, and each writes its own pixels.
+    """
+
+    def __init__(self, threads: int | None = None) -> None:
+        if threads is not None and not 1 <= threads <= _MOST_THREADS:
+            raise GlimtError(f"threads is {threads}, expected 1 to {_MOST_THREADS}")
+        self.threads = threads or available_threads()
+        self._pool = ThreadPoolExecutor(self.threads, "glimt")
+        self._control = np.zeros(16, np.int64)
+        self._counters = np.zeros((self.threads, int(COUNTER_STRIDE)), np.int64)
+        self._scene: PackedScene | None = None
+        self._light_count = 0
+
+    def prepare(self, progress: Progress | None = None) -> None:
+        """Compile the kernels if this machine has not done so yet; say so, since it takes a while."""
+        if is_ready(render_tiles):
+            return
+        if progress is None:
+            logging.getLogger("glimt").warning("compiling kernels, first run only")
+        compile_kernels(progress or (lambda stage, share: None))
+
+    def upload(self, scene: PackedScene, light_count: int) -> None:
+        """Take over a scene; the arrays are used where they are."""
+        self._scene, self._light_count = scene, light_count
+
+    def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: int, max_bounces: int,
+               progress: Progress | None = None) -> Film:
+        """Render the uploaded scene (see `Engine.render`); Ctrl-C stops within a few packets' time."""
+        if self._scene is None:
+            raise GlimtError("no scene was uploaded to the engine")
+        width, height = size
+        start = time.perf_counter()
+        sums = np.zeros((height, width, 4), np.float32)
+        self._control[:] = 0
+        self._counters[:] = 0
+        jobs = [self._pool.submit(render_tiles, self._scene, self._light_count, view, sums, samples, max_bounces,
+                                  self._control, counters) for counters in self._counters]
+        tiles = -(-width // TILE) * -(-height // TILE)
+        self._finish(jobs, progress and (lambda: progress("rendering", min(1.0, self._control[NEXT_TILE] / tiles))))
+        totals = self._counters[:, :len(Counters._fields)].sum(0).tolist()
+        return Film(sums, Counters(*totals), time.perf_counter() - start)
+
+    def _finish(self, jobs: "list[Future[Any]]", tell: Callable[[], None] | None) -> None:
+        """Wait for the jobs, awake for Ctrl-C; whatever happens, no job outlives this call."""
+        try:
+            while wait(jobs, _POLL_SECONDS).not_done:
+                if tell:
+                    tell()
+        except BaseException:
+            self._control[CANCEL] = 1
+            wait(jobs)
+            raise
+        for job in jobs:
+            job.result()

@@ -1,0 +1,47 @@
+"""What every engine can do, and how one is chosen."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt.errors import GlimtError
+from glimt.film import Film
+from glimt.packed import PackedScene
+
+Progress = Callable[[str, float], None]
+"""Is told what is being done, and how far it is, 0 to 1."""
+
+
+class Engine(Protocol):
+    """Renders packed scenes."""
+
+    def prepare(self, progress: Progress | None = None) -> None:
+        """Make everything ready that does not depend on a scene, kernels above all."""
+
+    def upload(self, scene: PackedScene, light_count: int) -> None:
+        """Take over a scene, or the changed arrays of one."""
+
+    def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: int, max_bounces: int,
+               progress: Progress | None = None) -> Film:
+        """Render the scene.
+
+        Parameters
+        ----------
+        view : VIEW words
+        size : (width, height) in pixels
+        samples : int
+            n for n×n samples a pixel.
+        max_bounces : int
+        progress : Progress, optional
+        """
+
+
+def get_engine(name: str = "auto", threads: int | None = None) -> Engine:
+    """Return an engine by name: "cpu", or "auto" for the best there is."""
+    if name not in ("auto", "cpu"):
+        raise GlimtError(f"there is no engine {name!r}; expected 'auto' or 'cpu'")
+    from glimt.engines.cpu.engine import CpuEngine
+
+    return CpuEngine(threads)

@@ -1,0 +1,57 @@
+"""What an engine makes: linear sums and counts per pixel."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt.color import ToneCurve, develop
+
+
+class Counters(NamedTuple):
+    """What was traced for a film.
+
+    primary, shadow, mirror : int
+        Rays by kind.
+    non_finite : int
+        Samples that were NaN or infinite and were replaced by black.
+    """
+
+    primary: int = 0
+    shadow: int = 0
+    mirror: int = 0
+    non_finite: int = 0
+
+    @property
+    def rays(self) -> int:
+        """All rays."""
+        return self.primary + self.shadow + self.mirror
+
+
+@dataclass
+class Film:
+    """Sums of radiance over pixel samples.
+
+    Parameters
+    ----------
+    sums : (h, w, 4) float32
+        Linear RGB, Rec. 709 primaries, summed over the samples of each pixel, and their number; row 0 on top.
+    counters : Counters
+        What was traced for it.
+    seconds : float
+        How long that took.
+    """
+
+    sums: NDArray[np.float32]
+    counters: Counters = field(default_factory=Counters)
+    seconds: float = 0.0
+
+    @property
+    def radiance(self) -> NDArray[np.float32]:
+        """The mean radiance per pixel, (h, w, 3) float32; 0 where there is no sample."""
+        return (self.sums[..., :3] / np.maximum(self.sums[..., 3:], 1)).astype(np.float32)
+
+    def image(self, exposure: float = 0.0, tone_curve: ToneCurve = "clamp") -> NDArray[np.uint8]:
+        """Return the developed picture, (h, w, 3) uint8 sRGB (see `glimt.color.develop`)."""
+        return develop(self.sums, exposure, tone_curve)

@@ -1,0 +1,128 @@
+"""From a scene to a picture: choose the engine, pack, render."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt import bvh
+from glimt.engines import Progress, get_engine
+from glimt.film import Film
+from glimt.packed import pack, pack_lights, pack_view
+from glimt.packed.meshes import mesh_tree
+from glimt.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class SceneStats:
+    """Numbers of a packed scene; `placed_triangles` counts a mesh once for each instance."""
+
+    triangles: int
+    placed_triangles: int
+    meshes: int
+    instances: int
+    spheres: int
+    lights: int
+    materials: int
+    textures: int
+    texture_bytes: int
+    tree_depth: int
+    tree_nodes: int
+    sah_cost: float
+    memory_bytes: int
+
+
+class Renderer:
+    """Renders one scene any number of times; keeps what need not be made again.
+
+    The camera, the settings and the lights of `scene` may change between frames. After a change of objects or
+    materials call `update`.
+
+    Parameters
+    ----------
+    scene : Scene
+    threads : int, optional
+        None: as many as the process may use.
+    engine : "auto" or "cpu"
+    progress : Progress, optional
+        Is told about compiling and building.
+    """
+
+    def __init__(self, scene: Scene, *, threads: int | None = None, engine: str = "auto",
+                 progress: Progress | None = None) -> None:
+        self.scene = scene
+        self._engine = get_engine(engine, threads)
+        self._threads = threads
+        self._engine.prepare(progress)
+        self.update(progress)
+
+    def update(self, progress: Progress | None = None) -> None:
+        """Take over changed objects and materials; trees of meshes that are already known are kept."""
+        if progress:
+            progress("building trees", 0.0)
+        threads = getattr(self._engine, "threads", 1)
+        self._packed = pack(self.scene, threads=threads)
+
+    def render(self, time: float = 0.0, progress: Progress | None = None) -> Film:
+        """Render the scene with lights as they stand at `time` seconds."""
+        scene, settings = self.scene, self.scene.settings
+        self._packed = self._packed._replace(lights=pack_lights(scene.lights, time))
+        self._engine.upload(self._packed, len(scene.lights))
+        view = pack_view(scene.camera_or_framing(), settings, scene.lights)
+        return self._engine.render(view, (settings.width, settings.height), settings.samples, settings.max_bounces,
+                                   progress)
+
+    def stats(self) -> SceneStats:
+        """Return what the scene is made of."""
+        scene, packed = self.scene, self._packed
+        meshes = list({id(thing.mesh): thing.mesh for thing in scene.instances()}.values())
+        trees = [bvh.tree_stats(mesh_tree(mesh)) for mesh in meshes if len(mesh.triangles)]
+        materials = {id(m) for mesh in meshes for m in mesh.materials}
+        materials |= {id(thing.material) for thing in scene.objects if getattr(thing, "material", None)}
+        return SceneStats(
+            triangles=sum(len(mesh.triangles) for mesh in meshes),
+            placed_triangles=sum(len(thing.mesh.triangles) for thing in scene.instances()),
+            meshes=len(meshes), instances=len(scene.instances()), spheres=len(scene.spheres()),
+            lights=len(scene.lights), materials=len(materials), textures=packed.texture_count,
+            texture_bytes=packed.texels.nbytes, tree_depth=max((tree.depth for tree in trees), default=0),
+            tree_nodes=sum(tree.nodes for tree in trees), sah_cost=sum(tree.sah_cost for tree in trees),
+            memory_bytes=packed.memory_bytes())
+
+
+def render(scene: Scene, *, size: tuple[int, int] | None = None, samples: int | None = None,
+           max_bounces: int | None = None, threads: int | None = None, time: float = 0.0,
+           linear: bool = False) -> NDArray[Any]:
+    """Render a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    size : (width, height), optional
+        Pixels; this and the next two default to the scene's settings.
+    samples : int, optional
+        n for n×n samples a pixel.
+    max_bounces : int, optional
+    threads : int, optional
+    time : float
+        Seconds, for lights that move.
+    linear : bool
+        True returns linear radiance instead of a displayable image.
+
+    Returns
+    -------
+    (height, width, 3) uint8 sRGB, or float32 linear RGB; row 0 on top.
+
+    Raises
+    ------
+    GlimtError
+        For settings out of range.
+    """
+    changes: dict[str, Any] = {"samples": samples, "max_bounces": max_bounces}
+    if size is not None:
+        changes["width"], changes["height"] = size
+    settings = replace(scene.settings, **{name: value for name, value in changes.items() if value is not None})
+    film = Renderer(replace(scene, settings=settings), threads=threads).render(time)
+    if linear:
+        return np.ascontiguousarray(film.radiance)
+    return film.image(settings.exposure, settings.tone_curve)
