@@ -58,15 +58,15 @@ def scene() -> str:
 
 
 def _lights() -> str:
-    orbit = {"center": [0, 3.2, 0], "axis": [0, 1, 0], "period": 12}
+    orbit = {"center": [0, 3.25, 0], "axis": [0, 1, 0], "period": 12}
     return (table("light", name="sun", type="directional", direction=[-0.52, -1, -0.78], diffuse=[2.5, 2.3, 1.95])
-            + table("light", name="lamp", type="point", position=[-1.3, 3.2, 0.9], radius=2.8,
+            + table("light", name="lamp", type="point", position=[-2.1, 3.25, 0.7], radius=2.8,
                     diffuse=[1.9, 1.45, 0.95], motion={"orbit": orbit}))
 
 
 def _materials() -> str:
     return (table("material", "Mirrors keep a little of their own colour, so that they are seen without bounces too.",
-                  name="silver", diffuse=0.25, specular=0.8, exponent=300, reflectivity=0.85)
+                  name="silver", diffuse=0.15, specular=0.8, exponent=300, reflectivity=0.85)
             + table("material", name="gold", diffuse=[0.60, 0.36, 0.08], specular=[1, 0.75, 0.35], exponent=150,
                     reflectivity=0.4)
             + table("material", name="lacquer", diffuse="#b01c14", specular=0.9, exponent=90, reflectivity=0.06)

@@ -20,8 +20,8 @@ def wall(size: int = 512) -> Texture:
     edge = blocks.edge + 0.006 * lumps  # chipped
     face = np.sqrt(smoothstep(0.008, 0.07, edge))  # a steep flank, then a rounded shoulder
     lift, lean, tip = (rng.random(count)[blocks.block] - 0.5 for _ in range(3))
-    height = (0.030 * face + face * (0.012 * lift + 0.012 * lean * blocks.across + 0.010 * tip * blocks.along)
-              + 0.0035 * lumps * face + 0.0007 * grain)
+    height = (0.030 * face + face * (0.012 * lift + 0.030 * lean * blocks.across + 0.024 * tip * blocks.along)
+              + 0.0048 * lumps * face + 0.0007 * grain)
     warm, dark = rng.random(count)[blocks.block], rng.random(count)[blocks.block]
     stone = mix(mix((0.66, 0.62, 0.56), (0.71, 0.60, 0.47), warm), (0.50, 0.48, 0.47), dark**3)
     stone *= (1 + 0.18 * (rng.random(count)[blocks.block] - 0.5) + 0.05 * stain + 0.035 * grain)[..., None]

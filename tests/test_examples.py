@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from glimt import linalg
-from glimt.io import load
+from glimt import linalg, load, render
 from glimt.scene.light import DirectionalLight, PointLight, SpotLight
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -168,3 +167,21 @@ def test_mirrors_has_mirrors_that_face_each_other_and_a_spot_light():
               if i.mesh.name == "quad" and i.material is None]
     assert len(facing) == 2
     assert facing[0] @ facing[1] < -0.99
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_example_renders(name):
+    """Without a warning, too: warnings are errors in the tests."""
+    image = render(load(EXAMPLES / f"{name}.toml"), size=(64, 48), samples=1, linear=True)
+    assert image.shape == (48, 64, 3)
+    assert np.isfinite(image).all()
+    assert (image > 0).all()
+    assert 0.05 < image.mean() < 0.5
+    assert np.mean(image > 1) < 0.05, "over-exposed"
+
+
+def test_bounces_show_the_mirrors_of_the_stone_room():
+    scene = load(EXAMPLES / "stone_room.toml")
+    without, with_mirrors = (render(scene, size=(64, 64), max_bounces=n, linear=True) for n in (0, 3))
+    changed = np.abs(without - with_mirrors).max(-1) > 0.02
+    assert 0.08 < changed.mean() < 0.5

@@ -169,7 +169,8 @@ def test_only_materials_in_use_are_kept(load):
 
 def test_of_two_materials_of_one_name_the_last_counts(load):
     with pytest.warns(GlimtWarning, match=r"b\.mtl: a material of an earlier MTL file is defined again"):
-        mesh = load("mtllib a.mtl b.mtl\n" + SQUARE + "usemtl red\nf 1 2 3\n", a__mtl=RED, b__mtl="newmtl red\nKd 0 1 0")
+        mesh = load("mtllib a.mtl b.mtl\n" + SQUARE + "usemtl red\nf 1 2 3\n", a__mtl=RED,
+                    b__mtl="newmtl red\nKd 0 1 0")
     assert mesh.materials[0].diffuse == (0, 1, 0)
 
 

@@ -45,7 +45,7 @@ THREE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"
     (THREE + b"f 0 1 2\n", "mesh.obj:4: face refers to item 0; OBJ counts from 1, or back from -1"),
     (THREE + b"f 1/0 2 3\n", "mesh.obj:4: face refers to item 0"),
     (THREE + b"f 1 2 4\n", "mesh.obj:4: face refers to vertex 4 of 3"),
-    (THREE + b"f 1 2 99999999999999999999999999\n", "mesh.obj:4: face refers to vertex 99999999999999999999999999 of 3"),
+    (THREE + b"f 1 2 99999999999999999999999999\n", "mesh.obj:4: face refers to vertex 999999999"),
     (THREE + b"f 1 2 -4\n", "mesh.obj:4: face refers to vertex -4, which is before the first one"),
     (b"v 0 0 0\nf -1 -2 -3\nv 0 0 0\nv 1 1 0\n", "mesh.obj:2: face refers to vertex -2, which is before the first"),
     (THREE + b"f 1/1 2/2 3/3\n", "mesh.obj:4: face refers to texture coordinate 1 of 0"),
@@ -66,7 +66,7 @@ def test_bad_obj(tmp_path, content, message):
     path.write_bytes(content)
     with pytest.raises(GlimtError) as caught:
         read_obj(path, warnings=WarningCounter())
-    assert str(caught.value).startswith(f"{tmp_path}/{message}".replace("/", os.sep, 0))
+    assert str(caught.value).startswith(f"{tmp_path}/{message}")
 
 
 def test_a_folder_instead_of_a_file(tmp_path):

@@ -4,6 +4,7 @@ from typing import Annotated
 
 import typer
 
+from glimt import __version__
 from glimt.cli.info import info
 from glimt.cli.render import render
 
@@ -16,8 +17,7 @@ app.command()(info)
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version
-        print(f"glimt {version('glimt')}")
+        print(f"glimt {__version__}")
         raise typer.Exit()
 
 

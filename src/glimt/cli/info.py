@@ -32,19 +32,21 @@ def info(
 def _machine() -> dict[str, Any]:
     from importlib.metadata import version
 
-    from glimt import kernel
+    from glimt import __version__, kernel
+    from glimt.engines.cpu.engine import available_threads
+    from glimt.engines.cpu.kernels.frame import render_tiles
     folder = kernel.cache_folder()
     return {
-        "glimt": version("glimt"),
+        "glimt": __version__,
         "python": platform.python_version(),
         "numba": version("numba"),
         "processor": kernel.host_name(),
         "features": [name for name in _FEATURES if name in kernel.host_features()],
         "lanes": kernel.host_lanes(),
-        "threads": os.cpu_count(),
+        "threads": available_threads(),
         "cache_folder": str(folder),
         "cache_bytes": _size(folder.parent),
-        "kernels_compiled": any(folder.glob("*.nbc")),
+        "kernels_compiled": kernel.is_ready(render_tiles),
     }
 
 

@@ -141,8 +141,9 @@ def _read_libraries(statements: list[Name], path: Path, warnings: WarningCounter
 
 def _library_files(statement: Name, path: Path, finder: FileFinder, warnings: WarningCounter) -> list[Path]:
     """Return the files a `mtllib` names: the whole rest of the line is one name, or else each word of it is."""
+    several = statement.text.lower().count(".mtl") > 1
     for whole in (statement.text, _without_comment(statement.text)):
-        file = finder.find(whole, path.parent)
+        file = finder.find(whole, path.parent, beside=not several)
         if file is not None:
             return [file]
     files = []

@@ -16,10 +16,11 @@ class FileFinder:
     def __init__(self) -> None:
         self._listings: dict[str, dict[str, str]] = {}
 
-    def find(self, reference: str, folder: Path) -> Path | None:
+    def find(self, reference: str, folder: Path, beside: bool = True) -> Path | None:
         """Return the regular file that `reference`, written in a file in `folder`, means; None where there is none.
 
         Either slash separates folders; where the exact name does not exist, upper and lower case do not matter.
+        `beside` says whether the base name is looked for in `folder`.
         """
         reference = reference.strip().strip('"').replace("\\", "/")
         if not reference or "\0" in reference:
@@ -31,7 +32,7 @@ class FileFinder:
             found = self._existing(root, os.path.relpath(wanted, root))
             if found is not None:
                 return found
-        return self._existing(base, reference.rsplit("/", 1)[-1])
+        return self._existing(base, reference.rsplit("/", 1)[-1]) if beside else None
 
     def _existing(self, root: str, relative: str) -> Path | None:
         """Return the file at `relative` below `root`, each part in any case where the exact one is missing."""

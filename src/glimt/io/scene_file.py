@@ -85,7 +85,8 @@ class _SceneReader:
     def _settings(self) -> RenderSettings:
         table = self.tables.render
         with self.document.blame("render", "size"):
-            settings = RenderSettings(*table.size)
+            width, height = table.size
+            settings = RenderSettings(width, height)
         with self.document.blame("render"):
             return dataclasses.replace(settings, **table.given("size"))
 

@@ -8,6 +8,7 @@ import difflib
 from collections.abc import Collection
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import (
     AllowInfNan,
     BaseModel,
@@ -21,6 +22,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from glimt.color import srgb_to_linear
 from glimt.scene.camera import Camera
 from glimt.scene.light import PointLight, SpotLight
 from glimt.scene.material import Material
@@ -44,7 +46,7 @@ def parse_color(value: Any) -> tuple[float, float, float]:
     """Return a number, a list of three numbers (linear RGB) or "#rrggbb" (decoded from sRGB) as linear RGB."""
     if isinstance(value, str) and len(value) == 7 and value[0] == "#":
         try:
-            red, green, blue = (_from_srgb(byte / 255) for byte in bytes.fromhex(value[1:]))
+            red, green, blue = srgb_to_linear(np.frombuffer(bytes.fromhex(value[1:]), np.uint8) / 255).tolist()
         except ValueError:
             pass
         else:
@@ -57,11 +59,6 @@ def parse_color(value: Any) -> tuple[float, float, float]:
     except (TypeError, OverflowError):
         pass
     raise PydanticCustomError("color", "expected a colour: a number, [r, g, b] or '#rrggbb'")
-
-
-def _from_srgb(value: float) -> float:
-    """Decode one component (IEC 61966-2-1)."""
-    return value / 12.92 if value <= 0.04045 else float(((value + 0.055) / 1.055) ** 2.4)
 
 
 def _as_list(value: Any) -> Any:
