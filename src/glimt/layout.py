@@ -58,7 +58,8 @@ MATERIAL = _struct("Material", ambient="3f", diffuse="3f", specular="3f", expone
                    normal_scale="f", diffuse_texture="i", normal_texture="i", unused="2i")
 TEXTURE = _struct("Texture", first_level="i", levels="i", clamp="i", unused="i", scale="2f", offset="2f")
 LEVEL = _struct("Level", first_texel="i", width="i", height="i", unused="i")
-"""One size of a mip-mapped texture; a texel is one word of 10:10:10 bits, red lowest."""
+"""One size of a mip-mapped texture; a texel is one word of 10:10:10 bits, red lowest. A row is stored as width + 1
+texels, its first one again at the end, so that a texel and its right neighbour always lie side by side."""
 
 LIGHT = _struct("Light", kind="i", position="3f", direction="3f", diffuse="3f", specular="3f", inverse_radius="f",
                 attenuation="3f", cone_scale="f", cone_offset="f", unused="i")

@@ -26,12 +26,11 @@ from glimt.lanes import (
     to_int,
     upper_half,
 )
-from glimt.layout import LEAF_SIZE
 
 BINS = 16
 FEW_BINS = 8
 COST_INTERSECT = np.float32(8)
-"""Cost of a block of up to four primitives in visits of a node: a node tests eight children at once, a leaf one
+"""Cost of a leaf block of primitives in visits of a node: a node tests eight children at once, a leaf one
 primitive after the other."""
 
 MAX_SAH_DEPTH = 40
@@ -67,9 +66,9 @@ def bin_number(box, lowest, scale, bins):
 
 
 @inline
-def blocks(count):
+def blocks(count, leaf_size):
     """Return how many leaf blocks hold `count` primitives."""
-    return np.float32((count + LEAF_SIZE - 1) // LEAF_SIZE)
+    return np.float32((count + leaf_size - 1) // leaf_size)
 
 
 @inline
@@ -88,7 +87,7 @@ def fill_bins(boxes, first, end, lowest, scale, bins, bin_boxes, bin_counts):
 
 
 @inline
-def best_split(count, extent, bins, bin_boxes, bin_counts, right_costs):
+def best_split(count, leaf_size, extent, bins, bin_boxes, bin_counts, right_costs):
     """Return (cost, axis, last bin on the left) of the cheapest split, axis -1 when there is none."""
     best, best_axis, best_bin = _EMPTY, -1, 0
     for axis in range(3):
@@ -98,13 +97,13 @@ def best_split(count, extent, bins, bin_boxes, bin_counts, right_costs):
         for j in range(bins - 1, 0, -1):
             k = axis * bins + j
             grown, n = minimum(grown, load8(bin_boxes, 8 * k)), n + scalar_int(bin_counts, k)
-            store_scalar(right_costs, j, area(grown) * blocks(n) if n > 0 else np.float32(0))
+            store_scalar(right_costs, j, area(grown) * blocks(n, leaf_size) if n > 0 else np.float32(0))
         grown, n = f32x8(_EMPTY), 0
         for j in range(bins - 1):
             k = axis * bins + j
             grown, n = minimum(grown, load8(bin_boxes, 8 * k)), n + scalar_int(bin_counts, k)
             if 0 < n < count:
-                cost = area(grown) * blocks(n) + scalar(right_costs, j + 1)
+                cost = area(grown) * blocks(n, leaf_size) + scalar(right_costs, j + 1)
                 if cost < best:
                     best, best_axis, best_bin = cost, axis, j
     return best, best_axis, best_bin
@@ -153,7 +152,8 @@ def partition(boxes, spare, first, end, axis, last, lowest, scale, bins, childre
 
 
 @inline
-def split(boxes, spare, first, end, whole, centers, depth, bin_boxes, bin_counts, right_costs, children):
+def split(boxes, spare, first, end, whole, centers, depth, leaf_size, bin_boxes, bin_counts, right_costs,
+          children):
     """Split a range where it costs least; return its middle, or -1 to make a leaf."""
     count = end - first
     lowest = lower_half(centers)
@@ -161,9 +161,9 @@ def split(boxes, spare, first, end, whole, centers, depth, bin_boxes, bin_counts
     bins = BINS if count > 24 else FEW_BINS
     scale = select(extent > 0.0, np.float32(bins * 0.999) / extent, 0.0)
     fill_bins(boxes, first, end, lowest, scale, bins, bin_boxes, bin_counts)
-    cost, axis, last = best_split(count, extent, bins, bin_boxes, bin_counts, right_costs)
-    if count <= LEAF_SIZE:
-        leaf_cost = COST_INTERSECT * blocks(count) * area(whole)
+    cost, axis, last = best_split(count, leaf_size, extent, bins, bin_boxes, bin_counts, right_costs)
+    if count <= leaf_size:
+        leaf_cost = COST_INTERSECT * blocks(count, leaf_size) * area(whole)
         if axis < 0 or leaf_cost <= area(whole) + COST_INTERSECT * cost:
             return -1
     if axis < 0 or depth >= MAX_SAH_DEPTH:
@@ -189,7 +189,8 @@ def prepare_boxes(lo, hi, boxes, whole, first, end):
 
 
 @routine
-def build_range(boxes, spare, bounds, meta, root, first, end, whole, depth, next_node, task_size, tasks, task_boxes):
+def build_range(boxes, spare, bounds, meta, leaf_size, root, first, end, whole, depth, next_node, task_size, tasks,
+                task_boxes):
     """Build the subtree of a range; ranges of at most `task_size` are left as tasks while there is room for them.
 
     bounds and meta describe the binary nodes: a box, and (left child, -1) or (first primitive, count). The two
@@ -219,8 +220,8 @@ def build_range(boxes, spare, bounds, meta, root, first, end, whole, depth, next
         store8(bounds, 8 * node, box)
         middle = np.int64(-1)
         if end - first > 1:
-            middle = split(boxes, spare, first, end, box, centers, depth, bin_boxes, bin_counts, right_costs,
-                           children)
+            middle = split(boxes, spare, first, end, box, centers, depth, leaf_size, bin_boxes, bin_counts,
+                           right_costs, children)
         if middle < 0:
             meta[2 * node], meta[2 * node + 1] = first, end - first
             continue
@@ -239,15 +240,16 @@ def build_range(boxes, spare, bounds, meta, root, first, end, whole, depth, next
 
 
 @kernel
-def build_tree(boxes, spare, bounds, meta, whole, task_size, tasks, task_boxes, counter):
+def build_tree(boxes, spare, bounds, meta, leaf_size, whole, task_size, tasks, task_boxes, counter):
     """Build the top of the tree (counter[0] < 0), or tasks of it, handed out by `counter`.
 
-    With n boxes the root is node 2n and the top's nodes follow; the task of range [first, end) takes nodes from 2 first.
-    Return the number of tasks left by the top.
+    With n boxes the root is node 2n and the top's nodes follow; the task of range [first, end) takes nodes from
+    2 first.    Return the number of tasks left by the top.
     """
     n = len(boxes) // 8
     if counter[0] < 0:
-        return build_range(boxes, spare, bounds, meta, 2 * n, 0, n, whole, 0, 2 * n + 1, task_size, tasks, task_boxes)
+        return build_range(boxes, spare, bounds, meta, leaf_size, 2 * n, 0, n, whole, 0, 2 * n + 1, task_size, tasks,
+                           task_boxes)
     none, none_boxes = tasks[:0], task_boxes[:0]
     while True:
         k = atomic_add(counter, 0, 1)
@@ -255,5 +257,5 @@ def build_tree(boxes, spare, bounds, meta, whole, task_size, tasks, task_boxes, 
             return 0
         node, first = tasks[_RECORD * k], tasks[_RECORD * k + 1]
         end, depth = tasks[_RECORD * k + 2], tasks[_RECORD * k + 3]
-        build_range(boxes, spare, bounds, meta, node, first, end, task_boxes[16 * k:], depth, 2 * first, 0, none,
-                    none_boxes)
+        build_range(boxes, spare, bounds, meta, leaf_size, node, first, end, task_boxes[16 * k:], depth, 2 * first, 0,
+                    none, none_boxes)

@@ -22,7 +22,8 @@ def aligned(words: int, dtype: Any = np.float32) -> NDArray[Any]:
     return raw[start:start + words * 4].view(dtype)
 
 
-def build(lo: NDArray[np.float32], hi: NDArray[np.float32], threads: int = 1) -> WideTree:
+def build(lo: NDArray[np.float32], hi: NDArray[np.float32], threads: int = 1,
+          leaf_size: int = int(LEAF_SIZE)) -> WideTree:
     """Build a tree over n boxes.
 
     Parameters
@@ -31,6 +32,8 @@ def build(lo: NDArray[np.float32], hi: NDArray[np.float32], threads: int = 1) ->
         Finite bounds, lo <= hi, below 1e15 in size.
     threads : int
         Used when there are many boxes; the tree is the same for any number.
+    leaf_size : int
+        Most primitives in a leaf, 1 to 4; 1 where a primitive is dear to test.
 
     Returns
     -------
@@ -45,7 +48,7 @@ def build(lo: NDArray[np.float32], hi: NDArray[np.float32], threads: int = 1) ->
         boxes = aligned(8 * count)
         whole = _prepare(pool, lo, hi, boxes)
         bounds, meta = aligned(8 * (4 * count + 2)), np.empty(2 * (4 * count + 2), np.int32)
-        _build_binary(pool, threads, boxes, bounds, meta, whole)
+        _build_binary(pool, threads, leaf_size, boxes, bounds, meta, whole)
     return _widen(count, boxes, bounds, meta)
 
 
@@ -69,13 +72,13 @@ def _prepare(pool: ThreadPoolExecutor, lo: NDArray[np.float32], hi: NDArray[np.f
     return whole
 
 
-def _build_binary(pool: ThreadPoolExecutor, threads: int, boxes: NDArray[np.float32], bounds: NDArray[np.float32],
-                  meta: NDArray[np.int32], whole: NDArray[np.float32]) -> None:
+def _build_binary(pool: ThreadPoolExecutor, threads: int, leaf_size: int, boxes: NDArray[np.float32],
+                  bounds: NDArray[np.float32], meta: NDArray[np.int32], whole: NDArray[np.float32]) -> None:
     count = len(boxes) // 8
     tasks, task_boxes = np.empty(4 * _MOST_TASKS, np.int64), np.empty(16 * _MOST_TASKS, np.float32)
     task_size = max(count // 32, 1024) if count > _PARALLEL_FROM else 0
     spare, counter = aligned(8 * count), np.array([-1, 0])
-    run = partial(build_tree, boxes, spare, bounds, meta, whole, task_size, tasks, task_boxes, counter)
+    run = partial(build_tree, boxes, spare, bounds, meta, leaf_size, whole, task_size, tasks, task_boxes, counter)
     left = pool.submit(run).result()
     if left:
         largest_first = np.argsort(tasks[1:4 * left:4] - tasks[2:4 * left:4], kind="stable")

@@ -30,7 +30,7 @@ class TextureCache:
 
     def pixels(self, path: str | os.PathLike[str]) -> NDArray[np.uint8]:
         """Return the (h, w, 3) pixels of an image file, or raise the same `GlimtError` each time."""
-        key = os.path.realpath(path)
+        key = os.path.abspath(path)
         if key not in self._decoded:
             try:
                 pixels = _decode(Path(path), LARGEST_TOTAL - self._total)
@@ -90,9 +90,9 @@ def save_image(path: str | os.PathLike[str], image: NDArray[np.uint8]) -> None:
     image = np.asarray(image)
     if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3 or 0 in image.shape:
         raise GlimtError(f"{path}: the image is {image.dtype} of shape {image.shape}, expected uint8 (h, w, 3)")
-    if path.is_dir():
+    if os.path.isdir(path):
         raise GlimtError(f"{path}: is a folder; name a file in it")
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         raise GlimtError(f"{path}: there is no folder {path.parent}; create it")
     temporary = path.with_name(f".{secrets.token_hex(8)}.tmp")
     try:
@@ -109,8 +109,9 @@ def save_image(path: str | os.PathLike[str], image: NDArray[np.uint8]) -> None:
 
 def _decode(path: Path, allowance: int) -> NDArray[np.uint8]:
     """Return the (h, w, 3) pixels of a file whose image has at most `allowance` of them."""
-    if not path.is_file():
-        reason = "is a folder" if path.is_dir() else "is not a regular file" if path.exists() else "no such file"
+    if not os.path.isfile(path):
+        reason = ("is a folder" if os.path.isdir(path) else "is not a regular file" if os.path.exists(path)
+                  else "no such file")
         raise GlimtError(f"{path}: {reason}; name an image")
     limits = f"{LARGEST_SIDE} pixels a side and {LARGEST_AREA // 2**20} megapixels"
     try:

@@ -11,7 +11,7 @@ from glimt.io.mtl_maps import Map, MapReader, parse_map
 from glimt.io.obj_text import decode, read_bytes
 from glimt.scene.material import Material
 
-LARGEST_FILE = 64 * 2**20
+LARGEST_FILE = 16 * 2**20
 
 _COLORS = ("ka", "kd", "ks", "ke")
 _NUMBERS = ("ns", "d", "tr", "illum")
@@ -50,7 +50,7 @@ def read_mtl(path: str | os.PathLike[str], warnings: WarningCounter,
     Parameters
     ----------
     path : str or path
-        At most 64 MiB; the textures it names are looked for from its folder (see `obj_paths`).
+        At most 16 MiB; the textures it names are looked for from its folder (see `obj_paths`).
     warnings : WarningCounter
         Receives everything that is missing, wrong, or not drawn.
     textures : TextureCache, optional

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from glimt.errors import GlimtError, WarningCounter
 from glimt.io.image import TextureCache
 from glimt.io.obj_paths import FileFinder
+from glimt.io.obj_text import without_comment
 from glimt.scene.texture import Texture, Wrap
 
 HEIGHT_SHARE = 0.01
@@ -138,7 +139,8 @@ class MapReader:
         return self._texture(statement, pixels, "linear")
 
     def _pixels(self, statement: Map, remedy: str) -> NDArray[np.uint8] | None:
-        path = self._finder.find(statement.name, statement.folder)
+        path = (self._finder.find(statement.name, statement.folder)
+                or self._finder.find(without_comment(statement.name), statement.folder))
         try:
             if path is None:
                 raise GlimtError(f"there is no file {statement.name!r}")

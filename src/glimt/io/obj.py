@@ -11,12 +11,15 @@ from glimt.io.image import TextureCache
 from glimt.io.mtl import read_mtl
 from glimt.io.obj_parser import ABSENT
 from glimt.io.obj_paths import FileFinder
-from glimt.io.obj_text import Name, ObjText, parse_text, read_bytes
+from glimt.io.obj_text import Name, ObjText, parse_text, read_bytes, without_comment
 from glimt.io.smooth import smooth_normals, unique_rows
 from glimt.io.triangulate import Triangles, has_area, triangulate
 from glimt.scene import checks
 from glimt.scene.material import Material
 from glimt.scene.mesh import Mesh
+
+MAX_LIBRARIES = 1000
+"""Names of MTL files in an OBJ file."""
 
 
 def read_obj(path: str | os.PathLike[str], *, warnings: WarningCounter | None = None) -> Mesh:
@@ -106,12 +109,12 @@ def _texcoords(texcoords: NDArray[np.float32], ids: NDArray[np.int32]) -> NDArra
 def _materials(text: ObjText, path: Path, warnings: WarningCounter) -> tuple[list[Material], NDArray[np.int64]]:
     """Return the materials and the index of one for each face; the first is the default."""
     library = _read_libraries(text.libraries, path, warnings)
-    by_name = {_without_comment(name): material for name, material in library.items()} | library
+    by_name = {without_comment(name): material for name, material in library.items()} | library
     materials, index_of = [Material(name="default")], {}
     for statement in text.materials:
         if statement.text in index_of:
             continue
-        material = by_name.get(statement.text) or by_name.get(_without_comment(statement.text))
+        material = by_name.get(statement.text) or by_name.get(without_comment(statement.text))
         if material is None:
             warnings.add(f"there is no material {statement.text!r}; the default is used", f"{path}:{statement.line}")
             index_of[statement.text] = 0
@@ -127,6 +130,8 @@ def _read_libraries(statements: list[Name], path: Path, warnings: WarningCounter
     finder, textures = FileFinder(), TextureCache()
     library: dict[str, Material] = {}
     read: set[Path] = set()
+    if sum(len(statement.text.split()) for statement in statements) > MAX_LIBRARIES:
+        raise GlimtError(f"{path}:{statements[0].line}: names more than {MAX_LIBRARIES} MTL files; join them")
     for statement in statements:
         for file in _library_files(statement, path, finder, warnings):
             if file in read:
@@ -142,19 +147,15 @@ def _read_libraries(statements: list[Name], path: Path, warnings: WarningCounter
 def _library_files(statement: Name, path: Path, finder: FileFinder, warnings: WarningCounter) -> list[Path]:
     """Return the files a `mtllib` names: the whole rest of the line is one name, or else each word of it is."""
     several = statement.text.lower().count(".mtl") > 1
-    for whole in (statement.text, _without_comment(statement.text)):
+    for whole in (statement.text, without_comment(statement.text)):
         file = finder.find(whole, path.parent, beside=not several)
         if file is not None:
             return [file]
     files = []
-    for name in _without_comment(statement.text).split():
+    for name in without_comment(statement.text).split():
         file = finder.find(name, path.parent)
         if file is not None:
             files.append(file)
         else:
             warnings.add(f"there is no MTL file {name!r}; its materials are left out", f"{path}:{statement.line}")
     return files
-
-
-def _without_comment(text: str) -> str:
-    return text.split(" #")[0].strip()

@@ -6,19 +6,19 @@ from glimt.kernel import inline, kernel
 
 
 @kernel
-def first_rows(rows, seed):
-    """Return (ids, firsts): row i equals row ``firsts[ids[i]]``, and ids count up in order of first appearance.
+def first_rows(rows, seed, table, ids, firsts):
+    """Give different rows a number each, in order of appearance: row i equals row ``firsts[ids[i]]``. Return how many.
 
-    rows : (n, 3) int32; ids : (n,) int32; firsts : (k,) int32
+    rows : (n, 3) int32
     seed : uint64
         Stirs the hash table: without knowing it nobody can write a file whose rows all collide. It changes no result.
+    table : (s,) int32, each -1
+        s is a power of two above n.
+    ids, firsts : (n,) int32
+        Filled; only the first rows of `firsts`.
     """
-    bits = 4
-    while 1 << bits < 2 * len(rows):
-        bits += 1
-    mask = np.uint64((1 << bits) - 1)
-    table = np.full(1 << bits, -1, np.int32)
-    ids, firsts, count = np.empty(len(rows), np.int32), np.empty(len(rows), np.int32), 0
+    mask = np.uint64(len(table) - 1)
+    count = 0
     for i in range(len(rows)):
         a, b, c = rows[i, 0], rows[i, 1], rows[i, 2]
         slot = seed
@@ -39,7 +39,7 @@ def first_rows(rows, seed):
             table[slot], firsts[count] = count, i
             count += 1
         ids[i] = found
-    return ids, firsts[:count].copy()
+    return count
 
 
 @inline
@@ -51,8 +51,8 @@ def _root(parents, i):
 
 
 @kernel
-def smooth_corners(vertices, edges, normals, cosine):
-    """Return (3m,) int32 labels: corners at one vertex share a label where smooth edges join their triangles.
+def smooth_corners(vertices, edges, normals, cosine, parents, latest):
+    """Label corners: those at one vertex share a label where smooth edges join their triangles.
 
     vertices : (3m,) int32
         Vertex of each corner; a triangle has three in a row.
@@ -61,9 +61,10 @@ def smooth_corners(vertices, edges, normals, cosine):
     normals : (m, 3) float64, unit
     cosine : float64
         An edge is smooth where the normals beside it make an angle of at most arccos(cosine).
+    parents : (3m,) int32
+        Counts up from 0; becomes the labels.
+    latest : (3m,) int32, each -1
     """
-    parents = np.arange(len(vertices)).astype(np.int32)
-    latest = np.full(len(vertices), -1, np.int32)
     for i in range(len(vertices)):
         j = latest[edges[i]]
         latest[edges[i]] = i
@@ -79,7 +80,6 @@ def smooth_corners(vertices, edges, normals, cosine):
         parents[_root(parents, i_next)] = _root(parents, j)
     for i in range(len(vertices)):
         parents[i] = _root(parents, i)
-    return parents
 
 
 @inline
@@ -109,7 +109,7 @@ def _first_inside(points, reflex, count, a, b, c):
 
 
 @kernel
-def clip_ears(points, starts, triangles, budget):
+def clip_ears(points, starts, triangles, budget, scratch):
     """Cut polygons into triangles by clipping ears (Meisters, "Polygons have ears", 1975); return the steps it took.
 
     points : (n, 2) float64
@@ -121,9 +121,9 @@ def clip_ears(points, starts, triangles, budget):
         itself) a flat corner is cut off, failing that any.
     budget : int64
         After so many steps, which grow with the square of the corners, corners are cut off unseen.
+    scratch : (4, n) int64
     """
-    before, after = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
-    reflex, place = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
+    before, after, reflex, place = scratch[0], scratch[1], scratch[2], scratch[3]
     row, steps = 0, 0
     for polygon in range(len(starts) - 1):
         first, end = starts[polygon], starts[polygon + 1]

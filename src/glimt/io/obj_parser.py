@@ -1,5 +1,7 @@
 """OBJ text to arrays, compiled: one pass over the bytes counts, a second one parses.
 
+Tests are spelled out (`a == b or a == c`) and arrays come from the caller because of the time it takes to compile.
+
 The text ends lines with LF, CR LF or CR. A backslash before a line end continues the statement: the caller has turned
 that line end into `CONTINUED`, a blank that counts as a line. A comment runs to the end of its line in any case.
 """
@@ -63,7 +65,7 @@ def _statement(data, i):
     while end < size:
         byte = data[end]
         if byte <= _HASH:
-            if byte in (_LF, _CR):
+            if byte == _LF or byte == _CR:  # noqa: SIM109
                 break
             if byte == _HASH and stop < 0:
                 stop = end
@@ -92,13 +94,13 @@ def _number(data, i, stop):
     negative = data[i] == _MINUS
     if negative or data[i] == _PLUS:
         i += 1
-    first, mantissa, exponent, digits, point = i, np.uint64(0), 0, 0, False
+    first, mantissa, exponent, digits, point = i, 0, 0, 0, False
     while i < stop:
         byte = data[i]
         if _ZERO <= byte <= _NINE:
             digits += 1
-            if mantissa < np.uint64(10**18):
-                mantissa = mantissa * np.uint64(10) + np.uint64(byte - _ZERO)
+            if mantissa < 9 * 10**17:
+                mantissa = mantissa * 10 + (byte - _ZERO)
                 exponent -= point
             else:
                 exponent += not point
@@ -119,8 +121,11 @@ def _number(data, i, stop):
         exponent += given
     if i < 0 or (i < stop and data[i] > _BLANK):
         return 0.0, -1
-    value = np.float64(mantissa)
-    exponent = min(max(exponent, -400), 400) if mantissa > 0 else 0
+    value = float(mantissa)
+    if mantissa == 0 or exponent < -400:
+        value, exponent = 0.0, 0
+    elif exponent > 400:
+        exponent = 400
     while exponent > 22:
         value *= 1e22
         exponent -= 22
@@ -146,12 +151,12 @@ def _integer(data, i, stop):
 
 
 @kernel
-def count(data):
-    """Return (6,) int64: how many v, vt, vn, f, corners of faces, and usemtl or mtllib statements `data` has.
+def count(data, counts):
+    """Count the v, vt, vn and f statements of `data`, corners of faces, and usemtl and mtllib statements.
 
     data : (size,) uint8
+    counts : (6,) int64, zeros
     """
-    counts = np.zeros(6, np.int64)
     i = np.int64(0)  # not a literal, for which the functions called would be compiled once more
     while i < len(data):
         word, begin, stop, _, i, _ = _statement(data, i)
@@ -161,12 +166,11 @@ def count(data):
             counts[1] += 1
         elif word == _VN:
             counts[2] += 1
-        elif word in (_F, _FO):
+        elif word == _F or word == _FO:  # noqa: SIM109
             counts[3] += 1
             counts[4] += _count_tokens(data, begin, stop)
-        elif word in (USEMTL, MTLLIB):
+        elif word == USEMTL or word == MTLLIB:  # noqa: SIM109
             counts[5] += 1
-    return counts
 
 
 @routine
@@ -269,10 +273,12 @@ def _smoothing_group(data, i, stop):
 
 
 @kernel
-def parse(data, positions, texcoords, normals, corners, faces, names, others, notes, largest):
+def parse(data, totals, counts, positions, texcoords, normals, corners, faces, names, others, notes, largest):
     """Fill the arrays with what `data` says; return (error, line, word, place in `data`, faces kept) as int64.
 
     data : (size,) uint8
+    totals, counts : (3,) int64
+        How many v, vt and vn the file has, and as many zeros.
     positions, texcoords, normals : (n, 3), (n, 2), (n, 3) float32
         Sized by `count`. A normal may hold NaN.
     corners : (n, 3) int32
@@ -288,8 +294,6 @@ def parse(data, positions, texcoords, normals, corners, faces, names, others, no
     largest : float64
         Coordinates beyond it are an error.
     """
-    totals = np.array([len(positions), len(texcoords), len(normals)])
-    counts = np.zeros(3, np.int64)
     corner = face = name = group = i = np.int64(0)
     line = np.int64(1)
     while i < len(data):
@@ -306,7 +310,7 @@ def parse(data, positions, texcoords, normals, corners, faces, names, others, no
         elif word == _VN:
             error, place = _vector(data, begin, stop, normals[counts[2]], 0.0)
             counts[2] += 1
-        elif word in (_F, _FO):
+        elif word == _F or word == _FO:  # noqa: SIM109
             error, place, written, missing = _face(data, begin, stop, counts, totals, corners, corner)
             if missing > 0:
                 note, times = MISSING_NORMAL, missing
@@ -319,8 +323,8 @@ def parse(data, positions, texcoords, normals, corners, faces, names, others, no
         elif word == _S:
             chosen = _smoothing_group(data, begin, stop)
             note = SMOOTHING if chosen >= 0 else BAD_SMOOTHING
-            group = max(chosen, 0)
-        elif word in (USEMTL, MTLLIB):
+            group = chosen if chosen >= 0 else 0
+        elif word == USEMTL or word == MTLLIB:  # noqa: SIM109
             names[name, 0], names[name, 1], names[name, 2], names[name, 3] = word, line, begin, end
             name += 1
         elif word != 0 and word != _O and word != _G:

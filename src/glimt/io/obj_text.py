@@ -81,7 +81,9 @@ def read_bytes(path: Path) -> NDArray[np.uint8]:
 def parse_text(data: NDArray[np.uint8], path: Path, warnings: WarningCounter) -> ObjText:
     """Parse the bytes of an OBJ file (they are changed where a line is continued)."""
     _prepare(data, path)
-    vertices, texcoords, normals, faces, corners, names = (int(n) for n in obj_parser.count(data))
+    counts = np.zeros(6, np.int64)
+    obj_parser.count(data, counts)
+    vertices, texcoords, normals, faces, corners, names = counts.tolist()
     text_positions = np.empty((vertices, 3), np.float32)
     text_texcoords = np.empty((texcoords, 2), np.float32)
     text_normals = np.empty((normals, 3), np.float32)
@@ -91,8 +93,8 @@ def parse_text(data: NDArray[np.uint8], path: Path, warnings: WarningCounter) ->
     others = np.zeros((16, 3), np.int64)
     notes = np.zeros((obj_parser.NOTES, 2), np.int64)
     error, line, word, place, kept = obj_parser.parse(
-        data, text_positions, text_texcoords, text_normals, text_corners, rows, named, others, notes,
-        checks.LARGEST)
+        data, counts[:3], np.zeros(3, np.int64), text_positions, text_texcoords, text_normals, text_corners, rows,
+        named, others, notes, checks.LARGEST)
     if error != obj_parser.OK:
         totals = (vertices, texcoords, normals)
         raise GlimtError(f"{path}:{line}: {_explain(error, _name(word), data, place, totals)}")
@@ -110,6 +112,11 @@ def decode(text: bytes) -> str:
         return text.decode("utf-8")
     except UnicodeDecodeError:
         return text.decode("latin-1")
+
+
+def without_comment(text: str) -> str:
+    """Return a name without what may be a comment after it; names may hold a # of their own, so look for both."""
+    return text.split(" #")[0].strip()
 
 
 def _prepare(data: NDArray[np.uint8], path: Path) -> None:

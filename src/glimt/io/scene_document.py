@@ -14,7 +14,7 @@ from glimt.errors import GlimtError
 from glimt.io.scene_schema import SceneTable, nearest
 from glimt.io.toml_lines import Place, find_line
 
-LARGEST_FILE = 16 * 2**20
+LARGEST_FILE = 8 * 2**20
 """Bytes of a scene file; what is larger belongs into an OBJ file, which is read much faster."""
 
 # Reading a dotted key takes tomllib time that grows with the square of its parts.
@@ -81,16 +81,14 @@ class SceneDocument:
             raise GlimtError(f"{self.path}: a number of more than 4300 digits") from None
 
     def _schema_error(self, error: ValidationError) -> GlimtError:
-        details = error.errors(include_url=False)
-        first = details[0]
+        first = error.errors(include_url=False)[0]
         context = first.get("ctx", {})
         place = first["loc"]
         if first["type"] == "unknown_key":
             place += (str(context["key"]),)
         elif first["type"].startswith("union_tag"):
             place += ("type",)
-        more = f" ({len(details) - 1} more like this)" if len(details) > 1 else ""
-        return self.error(_explain(first, context) + more, *place)
+        return self.error(_explain(first, context), *place)
 
     def _existing(self, place: Place) -> Place:
         """Leave out of `place` what is not in the file: union tags, and the index of a list given as one element."""

@@ -6,7 +6,7 @@ and `docs/scene-format.md` is held to the descriptions by a test: a key is descr
 
 import difflib
 from collections.abc import Collection
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -93,15 +93,15 @@ Text = Annotated[str, Field(min_length=1, max_length=1000), _named("text")]
 Name = Annotated[str, Field(min_length=1, max_length=1000), _named("name")]
 FilePath = Annotated[str, Field(min_length=1, max_length=1000), _named("path")]
 Color = Annotated[tuple[float, float, float] | float, PlainValidator(parse_color), _named("colour")]
-Numbers = Annotated[list[Number], Field(min_length=1), _named("list of numbers")]
+Numbers = Annotated[list[Number], Field(min_length=1, fail_fast=True), _named("list of numbers")]
 Pair = Annotated[list[Number], Field(min_length=2, max_length=2), _named("[x, y]")]
-Pairs = Annotated[list[Pair], Field(min_length=1), _named("list of [x, y]")]
+Pairs = Annotated[list[Pair], Field(min_length=1, fail_fast=True), _named("list of [x, y]")]
 Vector = Annotated[list[Number], Field(min_length=3, max_length=3), _named("[x, y, z]")]
-Vectors = Annotated[list[Vector], Field(min_length=1), _named("list of [x, y, z]")]
+Vectors = Annotated[list[Vector], Field(min_length=1, fail_fast=True), _named("list of [x, y, z]")]
 Scale = Annotated[Vector, BeforeValidator(_as_three), _named("number or [x, y, z]")]
 Size = Annotated[list[Whole], Field(min_length=2, max_length=2), _named("[width, height]")]
 _Corners = Annotated[list[Whole], Field(min_length=3, max_length=3)]
-Triangles = Annotated[list[_Corners], Field(min_length=1), _named("list of [a, b, c]")]
+Triangles = Annotated[list[_Corners], Field(min_length=1, fail_fast=True), _named("list of [a, b, c]")]
 _Row = Annotated[list[Number], Field(min_length=4, max_length=4)]
 Matrix = Annotated[list[_Row], Field(min_length=3, max_length=4), BeforeValidator(_as_rows), _named("12 or 16 numbers")]
 
@@ -300,13 +300,17 @@ class DirectionalLightTable(LightTable):
 AnyLightTable = Annotated[PointLightTable | SpotLightTable | DirectionalLightTable, Field(discriminator="type")]
 
 
+Item = TypeVar("Item")
+Tables = Annotated[list[Item], Field(fail_fast=True)]  # one error is named; a million would take gigabytes
+
+
 class SceneTable(Table):
     """A whole scene file."""
 
     render: RenderTable = RenderTable.model_validate({})
     camera: CameraTable | None = None
-    material: list[MaterialTable] = []
-    mesh: list[MeshTable] = []
-    instance: list[InstanceTable] = []
-    sphere: list[SphereTable] = []
-    light: list[AnyLightTable] = []
+    material: Tables[MaterialTable] = []
+    mesh: Tables[MeshTable] = []
+    instance: Tables[InstanceTable] = []
+    sphere: Tables[SphereTable] = []
+    light: Tables[AnyLightTable] = []

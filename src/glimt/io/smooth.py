@@ -1,13 +1,13 @@
 """Shading normals for a file that gives none: by smoothing group, or by the angle between faces."""
 
 import secrets
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from glimt.io.obj_kernels import first_rows, smooth_corners
 from glimt.io.triangulate import doubled_areas, squares
-from glimt.linalg import normalize
 
 CREASE_DEG = 60.0
 """Faces that meet at a larger angle have an edge between them, where a file has no smoothing groups."""
@@ -15,8 +15,10 @@ CREASE_DEG = 60.0
 
 def unique_rows(rows: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Return (ids, firsts) of (n, 3) rows: row i equals row ``firsts[ids[i]]``, ids in order of first appearance."""
-    ids, firsts = first_rows(np.ascontiguousarray(rows, np.int32), np.uint64(secrets.randbits(64)))
-    return ids, firsts
+    table = np.full(2 << len(rows).bit_length(), -1, np.int32)
+    ids, firsts = np.empty(len(rows), np.int32), np.empty(len(rows), np.int32)
+    count = first_rows(np.ascontiguousarray(rows, np.int32), np.uint64(secrets.randbits(64)), table, ids, firsts)
+    return ids, firsts[:count]
 
 
 def weld(positions: NDArray[np.float32]) -> NDArray[np.int32]:
@@ -45,8 +47,8 @@ def labels_by_angle(vertices: NDArray[np.int32], normals: NDArray[np.float64],
     """
     start, end = vertices.reshape(-1), np.roll(vertices, -1, 1).reshape(-1)
     edges, _ = unique_rows(np.stack([np.minimum(start, end), np.maximum(start, end), np.zeros_like(start)], 1))
-    labels: NDArray[np.int32] = smooth_corners(
-        np.ascontiguousarray(start), edges, normals, float(np.cos(np.radians(crease_deg))))
+    labels, latest = np.arange(len(start), dtype=np.int32), np.full(len(start), -1, np.int32)
+    smooth_corners(np.ascontiguousarray(start), edges, normals, float(np.cos(np.radians(crease_deg))), labels, latest)
     return labels
 
 
@@ -64,7 +66,7 @@ def smooth_normals(positions: NDArray[np.float32], triangles: NDArray[np.int32],
         The face and smoothing group of each triangle; no groups: smooth where faces meet below `CREASE_DEG`.
     """
     areas = doubled_areas(positions, triangles)
-    normals = normalize(areas)
+    normals = _unit(areas)
     vertices = weld(positions)[triangles]
     labels = labels_by_angle(vertices, normals) if groups is None else labels_by_group(vertices, faces, groups)
     weights = _angles(positions, triangles, areas).reshape(-1)
@@ -75,7 +77,14 @@ def smooth_normals(positions: NDArray[np.float32], triangles: NDArray[np.int32],
     if (cancelled & (total > 0)).any():  # faces back to back: one of them decides
         hit = cancelled[labels]
         sums[labels[hit]] = corner_normals[hit]
-    return labels.reshape(-1, 3), normalize(sums).astype(np.float32)
+    return labels.reshape(-1, 3), _unit(sums).astype(np.float32)
+
+
+def _unit(vectors: NDArray[Any]) -> NDArray[np.float64]:
+    """Return (m, 3) vectors at unit length, zero ones as they are; squares of areas fit into float64."""
+    length = np.sqrt(squares(vectors))
+    unit: NDArray[np.float64] = vectors / np.where(length > 0, length, 1)[:, None]
+    return unit
 
 
 def _angles(positions: NDArray[np.float32], triangles: NDArray[np.int32],

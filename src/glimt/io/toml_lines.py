@@ -1,5 +1,6 @@
 """The line on which a key of a TOML document stands: `tomllib` does not tell, and messages name it."""
 
+import itertools
 import re
 import tomllib
 from collections.abc import Iterator
@@ -37,8 +38,7 @@ class _Scan:
             if token[0] != "#":
                 yield token
             self.line += token.count("\n")
-        while True:
-            yield ""  # the end, as often as it is asked for
+        yield from itertools.repeat("")  # the end, as often as it is asked for
 
     def _next(self) -> str:
         token, self.token = self.token, next(self.tokens)
@@ -47,6 +47,8 @@ class _Scan:
     def _found(self, place: Place) -> None:
         if len(place) > len(self.best) and place == self.wanted[:len(place)]:
             self.best, self.best_line = place, self.line
+            if place == self.wanted:
+                self.tokens = itertools.repeat("")  # nothing better will come
 
     def document(self) -> None:
         table: Place = ()

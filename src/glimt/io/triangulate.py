@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from glimt.io.obj_kernels import clip_ears
 
-BUDGET = 2 * 10**9
+BUDGET = 3 * 10**8
 """Steps of ear clipping per call, a few seconds; concave faces beyond it are cut without looking."""
 
 _FLAT = 1e-12  # of the product of two edges: a height that float64 cannot tell from zero
@@ -88,5 +88,5 @@ def _clip(positions: NDArray[np.float32], starts: NDArray[np.int64], chosen: NDA
     right, up = np.where(swap, axis + 2, axis + 1) % 3, np.where(swap, axis + 1, axis + 2) % 3
     points = np.stack([positions[rows, right[owner]], positions[rows, up[owner]]], 1).astype(np.float64)
     ears = np.empty((len(points) - 2 * len(chosen), 3), np.int64)
-    steps = clip_ears(points, ends, ears, BUDGET)
+    steps = clip_ears(points, ends, ears, BUDGET, np.empty((4, len(points)), np.int64))
     return rows[ears], steps <= BUDGET

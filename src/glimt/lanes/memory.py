@@ -7,7 +7,7 @@ from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
 
 from glimt.lanes.ops import suffix
-from glimt.lanes.types import INT32, LANES, as_lanes, lanes_type
+from glimt.lanes.types import INT32, INT64, LANES, as_lanes, lanes_type
 
 
 def _address(context, builder, sig, args):
@@ -116,6 +116,31 @@ def _gatherer(kind):
 
 gather, gather_int = _gatherer("f32"), _gatherer("i32")
 """words[index] in the lanes of a condition, 0 elsewhere; words is a pointer."""
+
+
+@intrinsic
+def gather_pairs(typing_context, words, index, condition):
+    """Return (words[index], words[index + 1]) as i32 in the lanes of a condition: half the gathers of two look-ups."""
+    lanes = lanes_type("i32", index.count)
+    count = lanes.count
+    result = types.UniTuple(lanes, 2)
+
+    def emit(context, builder, sig, args):
+        addresses = _VectorAddress(builder.block, args[0], args[1], INT32)
+        builder._insert(addresses)
+        pairs = ir.VectorType(INT64, count)
+        zero = ir.Constant(pairs, [INT64(0)] * count)
+        function = ir.FunctionType(pairs, [addresses.type, INT32, args[2].type, pairs])
+        name = f"llvm.masked.gather.v{count}i64.v{count}p0"
+        declared = cgutils.get_or_insert_function(builder.module, function, name)
+        words_ = builder.bitcast(builder.call(declared, [addresses, INT32(4), args[2], zero]),
+                                 ir.VectorType(INT32, 2 * count))
+        halves = [builder.shuffle_vector(words_, words_, ir.Constant(ir.VectorType(INT32, count),
+                                                                     list(range(half, 2 * count, 2))))
+                  for half in range(2)]
+        return context.make_tuple(builder, result, halves)
+
+    return result(words, index, condition), emit
 
 
 def _stack(dtype):

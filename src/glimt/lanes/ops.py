@@ -5,6 +5,7 @@ import operator
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.errors import RequireLiteralValue
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin
 
@@ -289,3 +290,22 @@ def join(typing_context, lower, upper):
     whole = lanes_type(lower.kind, 2 * lower.count)
     order = ir.Constant(ir.VectorType(INT32, whole.count), list(range(whole.count)))
     return whole(lower, upper), lambda context, builder, sig, args: builder.shuffle_vector(*args, order)
+
+
+@intrinsic
+def interleave4(typing_context, x, y, z, w, part):
+    """Return quarter `part` (a literal) of x0 y0 z0 w0 x1 y1 z1 w1 …"""
+    if not isinstance(part, types.IntegerLiteral):
+        raise RequireLiteralValue(part)
+    count = x.count
+    first = part.literal_value * count // 4
+    pairs = [lane + count * half for lane in range(first, first + count // 4) for half in range(2)] * 2
+    order = [2 * (k // 4) + k % 2 + (count if k % 4 > 1 else 0) for k in range(count)]
+
+    def emit(context, builder, sig, args):
+        def shuffle(a, b, lanes):
+            return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(INT32, count), lanes))
+
+        return shuffle(shuffle(args[0], args[1], pairs), shuffle(args[2], args[3], pairs), order)
+
+    return x(x, y, z, w, part), emit

@@ -136,7 +136,7 @@ class _Packer:
     def finish(self, lights: NDArray[np.float32]) -> PackedScene:
         """Join everything; one empty record stands where a kind is absent, since no array may be empty."""
         boxes = np.array(self.boxes, np.float32).reshape(-1, 2, 3)
-        tlas = bvh.build(boxes[:, 0], boxes[:, 1], self.threads)
+        tlas = bvh.build(boxes[:, 0], boxes[:, 1], self.threads, leaf_size=1)
         nodes, blocks, triangles, start = [], [], [], dict.fromkeys(self._size, 0)
         for mesh, material_ids in self.meshes:
             nodes.append(_shift_codes(mesh.tree.nodes, start["nodes"], start["blocks"]))

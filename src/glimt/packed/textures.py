@@ -50,8 +50,9 @@ class TexturePacker:
             for level in pyramid(texture, use):
                 height, width = level.shape
                 self.levels.append((self._texel_count, width, height))
-                self.texels.append(level.ravel())
-                self._texel_count += level.size
+                wrapped = np.concatenate([level, level[:, :1]], 1)
+                self.texels.append(wrapped.ravel())
+                self._texel_count += wrapped.size
             self._pyramids[key] = first, len(self.levels) - first
         return self._pyramids[key]
 

@@ -55,4 +55,4 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
                     origin, direction = create_rays(here, columns, rows, shift_x, shift_y, width, height)
                     light = radiance(here, origin, direction, spread, inside, max_bounces)
                     sums = sums + drop_non_finite(here, light, inside)
-                resolve(film, sums, np.float32(samples * samples), columns, rows, width, height)
+                resolve(film, sums, np.float32(samples * samples), x, y)

@@ -6,7 +6,7 @@ from glimt.layout import MISS
 
 
 @inline
-def intersect(scene, origin, direction, active):
+def intersect(scene, origin, direction, active, shared_origin):
     """Return (hit, lanes that hit something)."""
-    hit = closest_hit(scene, origin, direction, active)
+    hit = closest_hit(scene, origin, direction, active, shared_origin)
     return hit, active & (hit.inst != MISS)

@@ -23,8 +23,8 @@ class LightSample(NamedTuple):
 
 
 @inline
-def light_sample(scene, index, point):
-    """Return the LightSample of light number `index`.
+def light_sample(scene, index, point, start):
+    """Return the LightSample of light number `index` at a surface point whose shadow rays leave from `start`.
 
     Attenuation is the paper's polynomial of distance / radius; the cone is glTF's (KHR_lights_punctual).
     """
@@ -33,10 +33,11 @@ def light_sample(scene, index, point):
     if kind == DIRECTIONAL_LIGHT:
         wi = splat3(f32(0.0)) - scalar3(scene.lights, record + LIGHT.direction)
         return LightSample(wi, wi, _ENDLESS, f32(1.0))
-    reach = scalar3(scene.lights, record + LIGHT.position) - point
-    squared = maximum(dot(reach, reach), _TINY)
+    position = scalar3(scene.lights, record + LIGHT.position)
+    to_light = position - point
+    squared = maximum(dot(to_light, to_light), _TINY)
     inverse = reciprocal_sqrt(squared)
-    wi = reach * inverse
+    wi = to_light * inverse
     x = squared * inverse * scalar(scene.lights, record + LIGHT.inverse_radius)
     at = record + LIGHT.attenuation
     polynomial = scalar(scene.lights, at) + x * (scalar(scene.lights, at + 1) + x * scalar(scene.lights, at + 2))
@@ -47,4 +48,4 @@ def light_sample(scene, index, point):
                                                                                 record + LIGHT.cone_offset)
         cone = minimum(maximum(cone, 0.0), 1.0)
         attenuation = attenuation * cone * cone
-    return LightSample(wi, reach, np.float32(1), attenuation)
+    return LightSample(wi, position - start, np.float32(1), attenuation)

@@ -66,13 +66,14 @@ def _mapped_normal(scene, texture, lanes, surface, footprint, strength):
 def material_at(scene, surface, found, direction, cone_width):
     """Return the Material of the lanes in `found`, peeled by distinct material.
 
-    `cone_width` is the width of a pixel's cone at the surface, across the ray.
+    `cone_width` is the width of a pixel's cone across the ray. On the surface it is an ellipse, longer by 1 / cosine; a
+    circle of the same area stands for it, between the blur of the long axis and the shimmer of the short one.
     """
     zero = splat3(f32(0.0))
     ambient, diffuse, specular, ns = zero, zero, zero, surface.ns
     exponent, reflectivity = f32(1.0), f32(0.0)
     cosine = maximum(absolute(dot(surface.ng, direction)), _GRAZING)
-    footprint = cone_width * surface.texcoord_density / cosine
+    footprint = cone_width * surface.texcoord_density * reciprocal_sqrt(cosine)
     todo = bits(found)
     while todo:
         index = extract(surface.material, count_trailing_zeros(todo))

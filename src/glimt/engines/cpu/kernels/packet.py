@@ -25,6 +25,7 @@ from glimt.lanes import (
     highest,
     lowest,
     maximum,
+    reciprocal,
     select,
     vector3,
 )
@@ -67,27 +68,31 @@ class Rays(NamedTuple):
     longest_y: object
     shear: object
     shear_origin: object
+    shared_origin: object
 
 
 @inline
-def _slab(direction, origin, inverse, pad, lo_plane, hi_plane):
+def _slab(direction, origin, inverse, shared_origin, lo_plane, hi_plane):
     """Return the Slab of one axis; where directions differ in sign it lets everything pass."""
     zero = np.float32(0)
     signs = bits(direction >= 0.0)
     if signs != 0 and signs != _ALL_LANES:
         return Slab(lo_plane, zero, zero, zero, _HUGE, True)
-    pads = highest(pad)
-    if signs != 0:
-        near, far = lowest(inverse), highest(inverse)
-        return Slab(lo_plane, near, -highest(origin) * near - pads, far, -lowest(origin) * far + pads, False)
-    near, far = highest(inverse), lowest(inverse)
-    return Slab(hi_plane, near, -lowest(origin) * near - pads, far, -highest(origin) * far + pads, False)
+    lowest_origin, highest_origin = extract(origin, 0), extract(origin, 0)
+    if not shared_origin:
+        lowest_origin, highest_origin = lowest(origin), highest(origin)
+    near, far, near_plane = lowest(inverse), highest(inverse), lo_plane
+    pad = max(abs(lowest_origin), abs(highest_origin)) * max(abs(near), abs(far)) * _ROUNDING
+    if signs == 0:
+        near, far, lowest_origin, highest_origin = far, near, highest_origin, lowest_origin
+        near_plane = hi_plane
+    return Slab(near_plane, near, -highest_origin * near - pad, far, -lowest_origin * far + pad, False)
 
 
 @inline
 def _inverse(d):
     """Return 1 / d, finite also where d is 0."""
-    return 1.0 / select(absolute(d) < _SMALLEST, select(d < 0.0, f32(-_SMALLEST), _SMALLEST), d)
+    return reciprocal(select(absolute(d) < _SMALLEST, select(d < 0.0, f32(-_SMALLEST), _SMALLEST), d))
 
 
 @inline
@@ -99,15 +104,15 @@ def permute(longest_x, longest_y, v):
 
 
 @inline
-def set_up(origin, direction):
-    """Return the Rays of a packet; every lane must hold a ray."""
+def set_up(origin, direction, shared_origin):
+    """Return the Rays of a packet; every lane must hold a ray, `shared_origin` says that all start in one point."""
     d = direction
     inverse = vector3(_inverse(d.x), _inverse(d.y), _inverse(d.z))
     add = vector3(-origin.x * inverse.x, -origin.y * inverse.y, -origin.z * inverse.z)
     pad = vector3(absolute(add.x) * _ROUNDING, absolute(add.y) * _ROUNDING, absolute(add.z) * _ROUNDING)
-    slab_x = _slab(d.x, origin.x, inverse.x, pad.x, NODE.lo_x, NODE.hi_x)
-    slab_y = _slab(d.y, origin.y, inverse.y, pad.y, NODE.lo_y, NODE.hi_y)
-    slab_z = _slab(d.z, origin.z, inverse.z, pad.z, NODE.lo_z, NODE.hi_z)
+    slab_x = _slab(d.x, origin.x, inverse.x, shared_origin, NODE.lo_x, NODE.hi_x)
+    slab_y = _slab(d.y, origin.y, inverse.y, shared_origin, NODE.lo_y, NODE.hi_y)
+    slab_z = _slab(d.z, origin.z, inverse.z, shared_origin, NODE.lo_z, NODE.hi_z)
 
     # Shear along the longest axis of each ray, always the same one for the same ray.
     ax, ay, az = absolute(d.x), absolute(d.y), absolute(d.z)
@@ -121,11 +126,11 @@ def set_up(origin, direction):
     elif not any_lane(longest_x | longest_y):
         axis = 2
     turned = permute(longest_x, longest_y, d)
-    depth = 1.0 / turned.z
+    depth = reciprocal(turned.z)
     shear = vector3(turned.x * depth, turned.y * depth, depth)
     return Rays(origin, d, inverse, add - pad, add + pad, slab_x, slab_y, slab_z,
                 slab_x.mixed or slab_y.mixed or slab_z.mixed, maximum(pad.x, maximum(pad.y, pad.z)) * 2.0,
-                axis, longest_x, longest_y, shear, permute(longest_x, longest_y, origin))
+                axis, longest_x, longest_y, shear, permute(longest_x, longest_y, origin), shared_origin)
 
 
 @inline

@@ -22,7 +22,7 @@ def radiance(scene, origin, direction, spread, active, max_bounces):
     travelled = f32(0.0)         # length of the path, for the width of its cone
     count(scene, COUNT_PRIMARY, population_count(bits(active)))
     for depth in range(max_bounces + 1):
-        hit, found = intersect(scene, origin, direction, active)
+        hit, found = intersect(scene, origin, direction, active, depth == 0)
         sum_ = select3(active & ~found, sum_ + scalar3(scene.view_words, VIEW.background) * throughput, sum_)
         if not any_lane(found):
             break

@@ -1,10 +1,20 @@
 """Stage 5: pixel samples to pixels."""
 
-import numpy as np
-
 from glimt.engines.cpu.kernels.arrays import count
+from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH
 from glimt.kernel import inline
-from glimt.lanes import LANES, bits, extract, f32, population_count, select3
+from glimt.lanes import (
+    LANES,
+    bits,
+    extract,
+    f32,
+    interleave4,
+    pointer,
+    population_count,
+    select3,
+    store,
+    store_scalar,
+)
 from glimt.layout import COUNT_NON_FINITE
 
 
@@ -18,12 +28,28 @@ def drop_non_finite(scene, radiance, active):
 
 
 @inline
-def resolve(film, sums, samples, columns, rows, width, height):
-    """Write the sums of a packet's samples, and how many there were, to the pixels inside the picture."""
+def resolve(film, sums, samples, x, y):
+    """Write the sums of a packet's samples, and how many there were, to its block of pixels at (x, y)."""
+    height, width = film.shape[0], film.shape[1]
+    words, count_ = pointer(film), f32(samples)
+    if x + BLOCK_WIDTH <= width and y + BLOCK_HEIGHT <= height:
+        _store_quarter(words, x, y, width, 0, interleave4(sums.x, sums.y, sums.z, count_, 0))
+        _store_quarter(words, x, y, width, 1, interleave4(sums.x, sums.y, sums.z, count_, 1))
+        _store_quarter(words, x, y, width, 2, interleave4(sums.x, sums.y, sums.z, count_, 2))
+        _store_quarter(words, x, y, width, 3, interleave4(sums.x, sums.y, sums.z, count_, 3))
+        return
     for lane in range(LANES):
-        column, row = np.int64(extract(columns, lane)), np.int64(extract(rows, lane))
+        column, row = x + lane % BLOCK_WIDTH, y + lane // BLOCK_WIDTH
         if column < width and row < height:
-            film[row, column, 0] = extract(sums.x, lane)
-            film[row, column, 1] = extract(sums.y, lane)
-            film[row, column, 2] = extract(sums.z, lane)
-            film[row, column, 3] = samples
+            at = 4 * (row * width + column)
+            store_scalar(words, at, extract(sums.x, lane))
+            store_scalar(words, at + 1, extract(sums.y, lane))
+            store_scalar(words, at + 2, extract(sums.z, lane))
+            store_scalar(words, at + 3, samples)
+
+
+@inline
+def _store_quarter(words, x, y, width, part, pixels):
+    """Write a quarter of a block: whole pixels of one row."""
+    lane = part * (LANES // 4)
+    store(words, 4 * ((y + lane // BLOCK_WIDTH) * width + x + lane % BLOCK_WIDTH), pixels)

@@ -31,7 +31,7 @@ def shade(scene, surface, material, direction, found):
     radiance = material.ambient * scalar3(scene.view_words, VIEW.ambient)
     start = surface.point + surface.ng * surface.offset
     for index in range(scene.light_count):
-        light = light_sample(scene, index, start)
+        light = light_sample(scene, index, surface.point, start)
         cosine = dot(material.ns, light.wi)
         arriving = light.attenuation * terminator(surface.ng, material.ns, light.wi)
         lit = found & (cosine > 0.0) & (arriving > 0.0)

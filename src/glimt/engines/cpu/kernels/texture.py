@@ -2,11 +2,17 @@
 
 import numpy as np
 
-from glimt.kernel import routine, inline
+from glimt.kernel import inline, routine
 from glimt.lanes import (
+    all_lanes,
     any_lane,
+    bits,
+    count_trailing_zeros,
+    extract,
     floor,
     gather_int,
+    gather_pairs,
+    i32,
     log2,
     maximum,
     minimum,
@@ -32,18 +38,13 @@ def _texel(word):
 
 
 @inline
-def _neighbours(coordinate, size, clamp):
-    """Return (first texel, second texel, weight of the second) along one axis."""
+def _position(coordinate, size, clamp):
+    """Return (first texel, weight of the one after it) along one axis; repeated texels go from -1 to size - 1."""
     position = coordinate * size - 0.5
-    first = floor(position)
-    weight = position - first
-    second = first + 1.0
-    last = size - 1.0
     if clamp:
-        first, second = minimum(maximum(first, 0.0), last), minimum(maximum(second, 0.0), last)
-    else:
-        first, second = select(first < 0.0, last, first), select(second > last, 0.0, second)
-    return first, second, weight
+        position = minimum(maximum(position, 0.0), size - 1.0)
+    first = floor(position)
+    return first, position - first
 
 
 @inline
@@ -52,20 +53,38 @@ def _lerp(a, b, weight):
 
 
 @inline
+def _level(scene, lanes, level):
+    """Return (first texel, width, height) of each lane's level; most packets agree on one."""
+    first = extract(level, count_trailing_zeros(bits(lanes)))
+    if all_lanes(~lanes | (level == first)):
+        at = np.int64(first) * LEVEL.words
+        return (i32(scalar_int(scene.levels, at + LEVEL.first_texel)), i32(scalar_int(scene.levels, at + LEVEL.width)),
+                i32(scalar_int(scene.levels, at + LEVEL.height)))
+    record = level * np.int32(LEVEL.words)
+    return (gather_int(scene.levels, record + np.int32(LEVEL.first_texel), lanes),
+            gather_int(scene.levels, record + np.int32(LEVEL.width), lanes),
+            gather_int(scene.levels, record + np.int32(LEVEL.height), lanes))
+
+
+@inline
 def _bilinear(scene, lanes, level, u, v, clamp, squared):
     """Return the texture at (u, v) in 0..1 of the level whose record index is `level`."""
-    record = level * np.int32(LEVEL.words)
-    start = gather_int(scene.levels, record + np.int32(LEVEL.first_texel), lanes)
-    width = gather_int(scene.levels, record + np.int32(LEVEL.width), lanes)
-    height = to_float(gather_int(scene.levels, record + np.int32(LEVEL.height), lanes))
-    x0, x1, x = _neighbours(u, to_float(width), clamp)
-    y0, y1, y = _neighbours(v, height, clamp)
-    row0, row1 = to_int(y0) * width + start, to_int(y1) * width + start
-    column0, column1 = to_int(x0), to_int(x1)
-    a = _texel(gather_int(scene.texels, row0 + column0, lanes))
-    b = _texel(gather_int(scene.texels, row0 + column1, lanes))
-    c = _texel(gather_int(scene.texels, row1 + column0, lanes))
-    d = _texel(gather_int(scene.texels, row1 + column1, lanes))
+    start, width, height = _level(scene, lanes, level)
+    columns, rows = to_float(width), to_float(height)
+    x0, x = _position(u, columns, clamp)
+    y0, y = _position(v, rows, clamp)
+    y1 = y0 + 1.0
+    last = rows - 1.0
+    if clamp:
+        y1 = minimum(y1, last)
+    else:
+        x0, y0 = select(x0 < 0.0, columns - 1.0, x0), select(y0 < 0.0, last, y0)
+        y1 = select(y1 > last, 0.0, y1)
+    first = start + to_int(x0)
+    stride = width + 1
+    left0, right0 = gather_pairs(scene.texels, to_int(y0) * stride + first, lanes)
+    left1, right1 = gather_pairs(scene.texels, to_int(y1) * stride + first, lanes)
+    a, b, c, d = _texel(left0), _texel(right0), _texel(left1), _texel(right1)
     if squared:
         a, b, c, d = a * a, b * b, c * c, d * d
     return _lerp(_lerp(a, b, x), _lerp(c, d, x), y)

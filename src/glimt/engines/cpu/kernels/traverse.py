@@ -129,7 +129,8 @@ def to_object(scene, record, rays):
     origin = vector3(dot(x, rays.origin) + scalar(scene.instances, at + 3),
                      dot(y, rays.origin) + scalar(scene.instances, at + 7),
                      dot(z, rays.origin) + scalar(scene.instances, at + 11))
-    return set_up(origin, vector3(dot(x, rays.direction), dot(y, rays.direction), dot(z, rays.direction)))
+    return set_up(origin, vector3(dot(x, rays.direction), dot(y, rays.direction), dot(z, rays.direction)),
+                  rays.shared_origin)
 
 
 @inline
@@ -154,15 +155,15 @@ _walk_scene = _walk_with(instance_leaf)
 
 
 @routine
-def closest_hit(scene, origin, direction, active):
-    """Return the nearest Hit in front of each ray of `active`."""
-    rays = set_up(fill_idle(active, origin), fill_idle(active, direction))
+def closest_hit(scene, origin, direction, active, shared_origin):
+    """Return the nearest Hit in front of each ray of `active`; `shared_origin` says that all start in one point."""
+    rays = set_up(fill_idle(active, origin), fill_idle(active, direction), shared_origin)
     return _walk_scene(scene.tlas_nodes, np.int32(0), rays, no_hit(active, FAR), np.bool_(False), scene, np.int32(0))
 
 
 @routine
 def occluded(scene, origin, direction, t_max, active):
     """Return the lanes of `active` in whose way something stands before t_max."""
-    rays = set_up(fill_idle(active, origin), fill_idle(active, direction))
+    rays = set_up(fill_idle(active, origin), fill_idle(active, direction), np.bool_(False))
     hit = _walk_scene(scene.tlas_nodes, np.int32(0), rays, no_hit(active, t_max), np.bool_(True), scene, np.int32(0))
     return active & (hit.t < 0.0)
