@@ -294,7 +294,7 @@ def join(typing_context, lower, upper):
 
 @intrinsic
 def interleave4(typing_context, x, y, z, w, part):
-    """Return quarter `part` (a literal) of x0 y0 z0 w0 x1 y1 z1 w1 …"""
+    """Return quarter `part` (a literal) of the sequence x0 y0 z0 w0 x1 y1 z1 w1 and so on."""
     if not isinstance(part, types.IntegerLiteral):
         raise RequireLiteralValue(part)
     count = x.count

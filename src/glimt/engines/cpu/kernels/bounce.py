@@ -11,8 +11,10 @@ _LEAST_RISE = np.float32(1e-3)
 
 @inline
 def bounce(surface, material, direction):
-    """Return (origin, direction) of the mirror ray; one that a shading normal would send below the surface is lifted
-    to graze it."""
+    """Return (origin, direction) of the mirror ray.
+
+    One that a shading normal would send below the surface is lifted to graze it.
+    """
     mirrored = direction - material.ns * (2.0 * dot(direction, material.ns))
     rise = dot(mirrored, surface.ng)
     lifted = normalize(mirrored + surface.ng * maximum(_LEAST_RISE - rise, 0.0))

@@ -31,8 +31,10 @@ def no_hit(active, t_max):
 
 @inline
 def closer(hit, t, inst, prim):
-    """Return the lanes where a hit at t in front of the ray replaces `hit`; ties go to the lower instance and
-    primitive, so that the answer does not depend on the order in which the tree is walked."""
+    """Return the lanes where a hit at t replaces `hit`.
+
+    Ties go to the lower instance and primitive: the answer does not depend on the order in which a tree is walked.
+    """
     before = (hit.inst > inst) | ((hit.inst == inst) & (hit.prim > prim))
     return (t > 0.0) & ((t < hit.t) | ((t == hit.t) & before))
 

@@ -13,8 +13,10 @@ _TINY = np.float32(1e-36)
 
 
 class LightSample(NamedTuple):
-    """Light from one light: wi, the unit way to it; reach and t_max, the shadow ray's direction and end; attenuation,
-    0 where nothing arrives."""
+    """Light from one light.
+
+    wi: the unit way to it; reach, t_max: direction and end of the shadow ray; attenuation: 0 where nothing arrives.
+    """
 
     wi: object
     reach: object

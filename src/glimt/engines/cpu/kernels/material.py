@@ -44,8 +44,7 @@ class Material(NamedTuple):
 
 @inline
 def _bend(ns, wo):
-    """Return shading normals turned towards the viewer where they point away: mapped normals may, and the lit side
-    would go black."""
+    """Return shading normals, turned towards the viewer where they point away (mapped ones may, and go black)."""
     cosine = dot(ns, wo)
     bent = ns + wo * (_GRAZING - cosine)
     return select3(cosine < _GRAZING, bent * reciprocal_sqrt(dot(bent, bent)), ns)
@@ -80,7 +79,8 @@ def material_at(scene, surface, found, direction, cone_width):
         same = found & (surface.material == index)
         todo &= ~bits(same)
         record = np.int64(index) * MATERIAL.words
-        ka, kd = scalar3(scene.materials, record + MATERIAL.ambient), scalar3(scene.materials, record + MATERIAL.diffuse)
+        ka = scalar3(scene.materials, record + MATERIAL.ambient)
+        kd = scalar3(scene.materials, record + MATERIAL.diffuse)
         texture = scalar_int(scene.materials, record + MATERIAL.diffuse_texture)
         if texture >= 0:
             texel = sample_texture(scene, texture, same, surface.texcoord_u, surface.texcoord_v, footprint,

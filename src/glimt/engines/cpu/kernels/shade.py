@@ -15,8 +15,8 @@ from glimt.layout import COUNT_SHADOW, LIGHT, VIEW
 def terminator(ng, ns, wi):
     """Return how much of the light survives where the shading normal sees it but the surface hardly does.
 
-    Chiang, Li, Burley, "Taming the shadow terminator" (2019): 1 wherever both normals agree, and a smooth way to 0 where
-    the geometric one turns away, instead of a hard edge.
+    Chiang, Li, Burley, "Taming the shadow terminator" (2019): 1 wherever both normals agree, and a smooth way to 0
+    where the geometric one turns away, instead of a hard edge.
     """
     agreement = maximum(dot(ns, wi) * dot(ng, ns), np.float32(1e-6))
     g = dot(ng, wi) / agreement

@@ -157,7 +157,8 @@ def _mesh_surface(scene, record, hit, prim, direction):
 @inline
 def _sphere_surface(scene, record, point, direction):
     """Return the Surface of one sphere, for all lanes; `point` is near it."""
-    center, radius = scalar3(scene.instances, record + INSTANCE.center), scalar(scene.instances, record + INSTANCE.radius)
+    center = scalar3(scene.instances, record + INSTANCE.center)
+    radius = scalar(scene.instances, record + INSTANCE.radius)
     normal = normalize(point - center)
     ng = normal * select(dot(normal, direction) > 0.0, f32(-1.0), 1.0)
     material = scalar_int(scene.instances, record + INSTANCE.material)

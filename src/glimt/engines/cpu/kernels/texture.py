@@ -99,7 +99,8 @@ def sample_texture(scene, texture, lanes, texcoord_u, texcoord_v, footprint, is_
     """
     record = np.int64(texture) * TEXTURE.words
     clamp = scalar_int(scene.textures, record + TEXTURE.clamp) != 0
-    scale_u, scale_v = scalar(scene.textures, record + TEXTURE.scale), scalar(scene.textures, record + TEXTURE.scale + 1)
+    scale_u = scalar(scene.textures, record + TEXTURE.scale)
+    scale_v = scalar(scene.textures, record + TEXTURE.scale + 1)
     u = texcoord_u * scale_u + scalar(scene.textures, record + TEXTURE.offset)
     v = texcoord_v * scale_v + scalar(scene.textures, record + TEXTURE.offset + 1)
     u = minimum(maximum(u, -_FAR_TEXCOORD), _FAR_TEXCOORD)

@@ -66,8 +66,10 @@ def _overlaps(nodes, child, rays, t):
 
 
 def _walk_with(leaf):
-    """Return the walk down a tree whose leaves are tested by `leaf` (bound here: Numba cannot cache a kernel that
-    passes a function as an argument)."""
+    """Return the walk down a tree whose leaves are tested by `leaf`.
+
+    It is bound here because Numba cannot cache a kernel that passes a function as an argument.
+    """
     @inline
     def walk(nodes, root, rays, hit, occlusion, scene, inst):
         """Walk a tree from child code `root`, nearest children first."""
