@@ -123,11 +123,9 @@ def test_a_byte_order_mark_is_skipped(load):
     assert len(load(b"\xef\xbb\xbfv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").triangles) == 1
 
 
-@pytest.mark.parametrize("name", ["Wände", "стена", "wall #3"])
-@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+@pytest.mark.parametrize(("name", "encoding"), [
+    ("Wände", "utf-8"), ("Wände", "latin-1"), ("стена", "utf-8"), ("wall #3", "utf-8")])
 def test_material_names_of_any_alphabet(load, name, encoding):
-    if encoding == "latin-1" and not name.isascii() and "ä" not in name:
-        pytest.skip("not in Latin-1")
     (load.folder / "m.mtl").write_bytes(f"newmtl {name}\nKd 1 0 0\n".encode(encoding))
     mesh = load(f"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl {name}\nf 1 2 3\n".encode(encoding))
     assert [m.diffuse for m in mesh.materials] == [(1, 0, 0)]

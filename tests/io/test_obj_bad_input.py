@@ -58,6 +58,7 @@ THREE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"
     (THREE + b"f 1 2 /3\n", "mesh.obj:4: '/3' is no corner of a face"),
     (THREE + b"f 1 2 -\n", "mesh.obj:4: '-' is no corner"),
     (THREE + b"f " + b"1 2 3 " * 30000, "mesh.obj:4: face has more than 65536 corners; split it"),
+    (b"\nmtllib a b c\n" * 400 + THREE + b"f 1 2 3\n", "mesh.obj:2: names more than 1000 MTL files; join them"),
     (b"v 0 0 0\nf 1 1 1\n", "mesh.obj:2: none of the 1 triangles has an area"),
     (b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\nf 3 2 1\n", "mesh.obj:4: none of the 2 triangles has an area"),
 ])
@@ -115,7 +116,7 @@ def test_no_memory(tmp_path, monkeypatch):
     path = tmp_path / "mesh.obj"
     path.write_bytes(THREE + b"f 1 2 3\n")
 
-    def count(data):
+    def count(data, counts):
         raise MemoryError
 
     monkeypatch.setattr(obj_text.obj_parser, "count", count)

@@ -9,8 +9,8 @@ from glimt.io.smooth import smooth_normals, unique_rows, weld
 def sphere(rings=12, radius=1.0):
     """Return positions and triangles of a latitude-longitude sphere whose seam and poles have vertices of their own."""
     theta, phi = np.meshgrid(np.linspace(0, np.pi, rings + 1), np.linspace(0, 2 * np.pi, 2 * rings + 1), indexing="ij")
-    points = radius * np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
-    points = points.round(12).astype(np.float32)
+    points = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1)
+    points = (points.round(12) * radius).astype(np.float32)
     ids = np.arange(theta.size, dtype=np.int32).reshape(theta.shape)
     a, b, c, d = ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]
     upper, lower = np.stack([a, b, c], -1)[:-1], np.stack([a, c, d], -1)[1:]

@@ -76,12 +76,14 @@ def test_a_texture_from_the_folder_above(tmp_path):
 
 
 def test_inline_mesh_stands_where_it_was_modelled(read):
-    scene = read('[[material]]\nname = "red"\ndiffuse = [1, 0, 0]\n[[mesh]]\nname = "leaf"\nmaterial = "red"\n' + TRIANGLE
-                 + "normals = [[0, 0, 1], [0, 0, 1], [0, 0, 1]]\ntexcoords = [[0, 0], [1, 0], [0, 1]]\n" + LIGHT)
+    scene = read('[[material]]\nname = "red"\ndiffuse = [1, 0, 0]\n[[mesh]]\nname = "leaf"\nmaterial = "red"\n'
+                 + TRIANGLE + "normals = [[0, 0, 1], [0, 0, 1], [0, 0, 1]]\n"
+                 + "texcoords = [[0, 0], [1, 0], [0, 1]]\n" + LIGHT)
     [instance] = scene.instances()
     assert np.array_equal(instance.object_to_world, linalg.identity())
     mesh = instance.mesh
-    assert (mesh.name, mesh.positions.shape, mesh.normals.shape, mesh.texcoords.shape) == ("leaf", (3, 3), (3, 3), (3, 2))
+    assert mesh.name == "leaf"
+    assert (mesh.positions.shape, mesh.normals.shape, mesh.texcoords.shape) == ((3, 3), (3, 3), (3, 2))
     assert [material.diffuse for material in mesh.materials] == [(1, 0, 0)]
 
 
@@ -99,7 +101,8 @@ def test_material_replaces_all_those_of_an_obj_file(read, tmp_path):
 
 
 def test_scale_then_rotations_in_order_then_translation(read):
-    scene = read('[[mesh]]\nname = "leaf"\n' + TRIANGLE + '[[instance]]\nname = "one"\nmesh = "leaf"\nscale = [2, 3, -4]\n'
+    scene = read('[[mesh]]\nname = "leaf"\n' + TRIANGLE
+                 + '[[instance]]\nname = "one"\nmesh = "leaf"\nscale = [2, 3, -4]\n'
                  "rotate = [{ axis = [0, 0, 2], angle_deg = 90 }, { axis = [1, 0, 0], angle_deg = 90 }]\n"
                  'translate = [10, 20, 30]\n[[instance]]\nmesh = "leaf"\nscale = 2\n'
                  "rotate = { axis = [0, 1, 0], angle_deg = 180 }\n" + LIGHT)

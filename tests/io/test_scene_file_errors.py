@@ -46,7 +46,7 @@ BROKEN = {
     "negative colour": ("[render]\nambient = -1\n", ":2: render.ambient: has a negative part"),
     "infinite colour": ("[render]\nambient = inf\n", ":2: render.ambient: has values that are not finite"),
     "fov": ("[camera]\nup = [0, 1, 0]\nfov_deg = 180\n", ":3: camera.fov_deg: is 180, expected 0.001 to 179"),
-    "looking along up": ("[camera]\nposition = [0, 5, 0]\n", ":1: camera: up (0.0, 1.0, 0.0) lies along the line of sig"),
+    "looking along up": ("[camera]\nposition = [0, 5, 0]\n", ":1: camera: up (0.0, 1.0, 0.0) lies along the line of"),
     "nowhere to look": ("[camera]\nposition = [0, 0, 0]\n", ":2: camera.position: position and target are the same p"),
     "no name": ("[[material]]\n", ":1: material[0].name: missing; it has no default"),
     "material twice": (MATERIAL + MATERIAL, ":4: material[1].name: a second material called 'stone', rename one"),
@@ -59,8 +59,8 @@ BROKEN = {
     "texture far above": (MATERIAL + "diffuse_texture = '../../a.png'\n", "'../../a.png' lies outside "),
     "texture is no image": (MATERIAL + "diffuse_texture = 'room.toml'\n", ":3: material[0].diffuse_texture: "),
     "texture is a folder": (MATERIAL + "diffuse_texture = '.'\n", "'.' is not a regular file"),
-    "texture with NUL": (MATERIAL + 'diffuse_texture = "a\\u0000b"\n', ":3: material[0].diffuse_texture: 'a\\x00b' is not a"),
-    "texture path too long": (MATERIAL + f"diffuse_texture = '{'a' * 999}'\n", ":3: material[0].diffuse_texture: 'aaaaaa"),
+    "texture with NUL": (MATERIAL + 'diffuse_texture = "a\\u0000b"\n', ":3: material[0].diffuse_texture: 'a\\x00b' is"),
+    "texture path too long": (MATERIAL + f"diffuse_texture = '{'a' * 999}'\n", ":3: material[0].diffuse_texture: 'aa"),
     "texture empty": (MATERIAL + "diffuse_texture = ''\n", "diffuse_texture: has 0 entries, expected at least 1"),
     "normal map of colours": (MATERIAL + "normal_texture = { file = 'a.bmp', encoding = 'srgb' }\n",
                               ":3: material[0].normal_texture: normal_texture must have encoding 'linear'"),
@@ -71,12 +71,12 @@ BROKEN = {
     "empty list": ("[[mesh]]\npositions = []\ntriangles = [[0, 0, 0]]\n", ":2: mesh[0].positions: has 0 entries"),
     "bad row": ("[[mesh]]\ntriangles = [[0, 0, 0]]\npositions = [\n [0, 0, 0],\n [1, 'a', 0],\n]\n",
                 ":5: mesh[0].positions[1][1]: expected a number, found 'a'"),
-    "vertex": ("[[mesh]]\npositions = [[0, 0, 0]]\ntriangles = [[0, 0, 1]]\n", ":1: mesh[0]: triangle 0 refers to vert"),
+    "vertex": ("[[mesh]]\npositions = [[0, 0, 0]]\ntriangles = [[0, 0, 1]]\n", ":1: mesh[0]: triangle 0 refers to"),
     "normals": (MESH + "normals = [[0, 0, 1]]\n", ":5: mesh[0].normals: has shape (1, 3), expected (3, 3)"),
     "mesh format": ("[[mesh]]\nfile = 'a.bmp'\n", ":2: mesh[0].file: 'a.bmp' is not an OBJ file"),
     "mesh missing": ("[[mesh]]\nfile = 'a.obj'\n", ":2: mesh[0].file: 'a.obj' is not there"),
     "broken obj": ("[[mesh]]\nfile = 'broken.obj'\n", ":2: mesh[0].file: "),
-    "unknown mesh": (MESH + "[[instance]]\nmesh = 'laef'\n", ":6: instance[0].mesh: no [[mesh]] is called 'laef', did yo"),
+    "unknown mesh": (MESH + "[[instance]]\nmesh = 'laef'\n", ":6: instance[0].mesh: no [[mesh]] is called 'laef', did"),
     "no meshes": ("[[instance]]\nmesh = 'a'\n", ":2: instance[0].mesh: no [[mesh]] is called 'a'"),
     "unknown material": ("[[sphere]]\nradius = 1\ncenter = [0, 0, 0]\nmaterial = 'stoon'\n" + MATERIAL,
                          ":4: sphere[0].material: no [[material]] is called 'stoon', did you mean 'stone'?"),
@@ -101,16 +101,16 @@ BROKEN = {
     "attenuation": (LIGHT + "attenuation = [0, 0, 0]\n", ":4: light[0].attenuation: is 0 0 0, which divides by zero"),
     "angles": ("[[light]]\ntype = 'spot'\nposition = [0,1,0]\ndirection = [0,1,0]\ninner_angle_deg = 40\n",
                ":5: light[0].inner_angle_deg: is 40, expected 0 to 30"),
-    "direction": ("[[light]]\ntype = 'directional'\ndirection = [0, 0, 0]\n", ":3: light[0].direction: is a zero vector"),
+    "direction": ("[[light]]\ntype = 'directional'\ndirection = [0, 0, 0]\n", ":3: light[0].direction: is a zero"),
     "period": (LIGHT + "[light.motion.orbit]\nperiod = 0\n", ":5: light[0].motion.orbit.period: is 0 seconds"),
     "no motion": (LIGHT + "motion = {}\n", ":4: light[0].motion: expected orbit or path, one of the two"),
     "times": (LIGHT + "motion = { path = { times = [1, 0], points = [[0, 0, 0], [1, 1, 1]] } }\n",
               ":4: light[0].motion.path.times: times must be two or more"),
-    "several": ("[camera]\nfov_deg = 'a'\nup = 'b'\n", "(1 more like this)"),
+    "the first of several": ("[camera]\nposition = 3\nup = 'b'\n", ":2: camera.position: expected a list, found 3"),
 }
 
 
-@pytest.mark.parametrize("text, message", BROKEN.values(), ids=BROKEN)
+@pytest.mark.parametrize(("text", "message"), BROKEN.values(), ids=BROKEN)
 def test_broken_file(tmp_path: Path, text: str, message: str) -> None:
     folder = tmp_path / "above" / "scenes"
     folder.mkdir(parents=True)
@@ -126,10 +126,10 @@ def test_broken_file(tmp_path: Path, text: str, message: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("content, message", [
+@pytest.mark.parametrize(("content", "message"), [
     (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", ": not a text file"),
     (b"a = 1\nb = '\xe9'\n", ":2: not UTF-8 text; save the file as UTF-8"),
-    (b"#" * (LARGEST_FILE + 1), ": larger than 16 MiB; put meshes into OBJ files"),
+    (b"#" * (LARGEST_FILE + 1), ": larger than 8 MiB; put meshes into OBJ files"),
 ])
 def test_bytes_that_are_no_scene(tmp_path, content, message):
     path = tmp_path / "room.toml"

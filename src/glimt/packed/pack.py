@@ -92,9 +92,11 @@ class _Packer:
         if id(mesh) not in self._placed:
             packed = pack_mesh(mesh, with_tangents, self.threads)
             size = self._size
+            has_tangents = len(packed.tangents) > 0  # and then normals as well
             self._placed[id(mesh)] = {
-                "root": size["nodes"], "first_triangle": size["triangles"], "flat": mesh.normals is None,
-                "tangent_shift": size["tangents"] - size["vertices"] if len(packed.tangents) else int(NO_TANGENTS)}
+                "root": size["nodes"], "first_triangle": size["triangles"],
+                "flat": mesh.normals is None and not has_tangents,
+                "tangent_shift": size["tangents"] - size["vertices"] if has_tangents else int(NO_TANGENTS)}
             ids = np.array([self.add_material(material) for material in mesh.materials], np.int32)
             assert mesh.material_ids is not None
             self.meshes.append((packed, ids[mesh.material_ids]))

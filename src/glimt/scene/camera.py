@@ -13,6 +13,9 @@ from glimt.scene import checks
 
 Point = tuple[float, float, float]
 
+_MARGIN = 1.06
+"""How much larger than the framed box the picture is."""
+
 
 class Basis(NamedTuple):
     """Unit vectors of a camera, (3,) float64 each: right-handed, ``right × up = -look``."""
@@ -65,7 +68,13 @@ class Camera:
                 direction: Point = (-0.45, -0.35, -1.0)) -> "Camera":
         """Return a camera that looks along `direction` and sees the whole box (lo, hi) at width / height `aspect`."""
         lo, hi = np.asarray(lo, np.float64), np.asarray(hi, np.float64)
-        center, radius = (lo + hi) / 2, float(np.linalg.norm(hi - lo)) / 2 or 1.0
-        half_angle = math.atan(math.tan(math.radians(fov_deg) / 2) * min(1.0, aspect))
-        position = center - linalg.normalize(direction) * (radius / math.sin(half_angle))
+        center = (lo + hi) / 2
+        if not (hi > lo).any():
+            lo, hi = center - 1, center + 1
+        basis = cls((0.0, 0.0, 0.0), direction).basis()
+        corners = np.stack(np.meshgrid(*zip(lo - center, hi - center, strict=True)), -1).reshape(8, 3)
+        x, y, depth = (corners @ np.stack(basis).T).T
+        reach = math.tan(math.radians(fov_deg) / 2) / _MARGIN
+        distance = (np.maximum(np.abs(x) / (reach * aspect), np.abs(y) / reach) - depth).max()
+        position = center - basis.look * distance
         return cls(tuple(position.tolist()), tuple(center.tolist()), (0.0, 1.0, 0.0), fov_deg)
