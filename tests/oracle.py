@@ -98,14 +98,14 @@ def _triangle(a, b, c, origins, directions, size, along):
     possible = near | ((distance >= 0).all(1) & (side[:, 0] != 0))
 
     # Where: in the plane; anywhere between the corners when its plane is seen edge-on, each as far along the ray as
-    # along the axis that the ray follows most.
+    # along an axis that the ray follows most.
     weights = np.roll(volumes, -1, 1) / volumes.sum(1, keepdims=True)
     t = (depth * weights).sum(1)
     slope = np.abs(depth - depth.mean(1, keepdims=True)).max(1) / np.maximum(height, 1e-300)
     slack = np.where(edge_on, np.inf, error * (1 + 4 * slope))
-    axis = np.abs(unit).argmax(1)[:, None]
-    ends = np.take_along_axis(points, axis[:, None], 2)[..., 0] / np.take_along_axis(unit, axis, 1)
-    lo, hi = np.fmax(t - slack, ends.min(1) - 2 * error), np.fmin(t + slack, ends.max(1) + 2 * error)
+    longest = np.abs(unit) > 0.999 * np.abs(unit).max(1, keepdims=True)
+    ends = np.where(longest[:, None], points / unit[:, None], depth[..., None])
+    lo, hi = np.fmax(t - slack, ends.min((1, 2)) - 2 * error), np.fmin(t + slack, ends.max((1, 2)) + 2 * error)
     spread = np.where(edge_on, np.inf, ROUNDING * 4 + 2 * error / np.maximum(height, 1e-300))
     return lo / length, hi / length, possible, sure, weights[:, 1], weights[:, 2], spread
 

@@ -20,7 +20,7 @@ _NO_VIEW, _NO_COUNTERS = np.zeros(64, np.float32), np.zeros(16, np.int64)
 
 
 @kernel
-def trace_closest(scene, rays, active, floats, ids, view, counters):
+def trace_closest(scene, rays, active, shared_origin, floats, ids, view, counters):
     """Answer (6, n) rays, n a multiple of LANES, by (3, n) floats t, u, v and (2, n) ids prim, inst."""
     here = arrays(scene, 0, view, counters)
     n = rays.shape[1]
@@ -29,7 +29,7 @@ def trace_closest(scene, rays, active, floats, ids, view, counters):
         if any_lane(lanes):
             origin = vector3(load(rays, i), load(rays, n + i), load(rays, 2 * n + i))
             direction = vector3(load(rays, 3 * n + i), load(rays, 4 * n + i), load(rays, 5 * n + i))
-            hit = closest_hit(here, origin, direction, lanes)
+            hit = closest_hit(here, origin, direction, lanes, shared_origin)
             store(floats, i, hit.t)
             store(floats, n + i, hit.u)
             store(floats, 2 * n + i, hit.v)
@@ -57,16 +57,17 @@ def closest(packed, origins, directions, active=None):
     Parameters
     ----------
     packed : PackedScene
-    origins, directions : (n, 3) float32, or one (3,) for all
+    origins : (n, 3) float32, or one (3,) for all, which then take the way of camera rays
+    directions : (n, 3) float32
     active : (n,) bool, optional
         Rays to ask; the others are idle lanes among them.
     """
-    hits = np.recarray(_count(origins, directions), HIT)
+    hits = np.recarray(len(directions), HIT)
 
     def run(part, rays, lanes):
         floats, ids = np.zeros((3, len(lanes)), np.float32), np.full((2, len(lanes)), MISS, np.int32)
         floats[0] = -np.inf
-        trace_closest(packed, rays, lanes, floats, ids, _NO_VIEW, _NO_COUNTERS)
+        trace_closest(packed, rays, lanes, np.ndim(origins) == 1, floats, ids, _NO_VIEW, _NO_COUNTERS)
         for name, values in zip(HIT.names, [*floats, *ids], strict=True):
             hits[name][part] = values[:len(hits.t[part])]
 
@@ -76,7 +77,7 @@ def closest(packed, origins, directions, active=None):
 
 def blocked(packed, origins, directions, t_max=np.inf, active=None):
     """Return which rays meet something before `t_max`, (n,) bool; other arguments as for `closest`."""
-    met = np.zeros(_count(origins, directions), bool)
+    met = np.zeros(len(directions), bool)
 
     def run(part, rays, lanes):
         answers = np.zeros(len(lanes), np.float32)
@@ -87,13 +88,9 @@ def blocked(packed, origins, directions, t_max=np.inf, active=None):
     return met
 
 
-def _count(origins, directions):
-    return max(np.atleast_2d(origins).shape[0], np.atleast_2d(directions).shape[0])
-
-
 def _over_threads(run, origins, directions, active):
     """Call run(slice, (6, n) rays, (n,) active) for chunks of the rays, each filled up with idle lanes."""
-    count = _count(origins, directions)
+    count = len(directions)
     origins, directions = (np.broadcast_to(np.asarray(a, np.float32), (count, 3)) for a in (origins, directions))
 
     def take(first):

@@ -43,7 +43,7 @@ def test_a_reader_that_goes_away_is_no_traceback():
 def test_ctrl_c_while_rendering(ball, tmp_path):
     """The render would take minutes; a terminal shows its bar, which says when it has begun."""
     terminal, theirs = pty.openpty()
-    process = subprocess.Popen([*COMMAND, "render", "ball.toml", "--size", "16384x16384", "--samples", "64"],
+    process = subprocess.Popen([*COMMAND, "render", "ball.toml", "--size", "4096x4096", "--samples", "64"],
                                cwd=tmp_path, stdout=subprocess.PIPE, stderr=theirs, env={**os.environ, "TERM": "xterm"})
     os.close(theirs)
     try:
@@ -64,12 +64,12 @@ def test_ctrl_c_while_rendering(ball, tmp_path):
 
 
 def test_help_and_version_import_nothing_heavy():
-    script = ("import sys\nsys.argv = ['glimt', sys.argv[1]]\nfrom glimt.cli import main\n"
-              "try: main()\nexcept SystemExit: pass\n"
+    script = ("import sys\nsys.argv = ['glimt', sys.argv[1]]\nfrom glimt.cli.app import app\n"
+              "try: app()\nexcept SystemExit: pass\n"
               "print([name for name in ('numba', 'numpy', 'PIL', 'pydantic', 'rich') if name in sys.modules])\n")
-    for option, heavy in (("--help", "[]"), ("--version", "[]")):
+    for option in ("--help", "--version"):
         done = subprocess.run([sys.executable, "-c", script, option], capture_output=True, text=True, timeout=600)
-        assert done.stdout.splitlines()[-1] == heavy, done.stderr
+        assert done.stdout.splitlines()[-1] == "[]", done.stderr
 
 
 def test_version_of_the_process():

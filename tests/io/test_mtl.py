@@ -309,3 +309,11 @@ def test_the_normal_maps_of_the_real_scenes_look_like_it(real_scenes):
         assert is_normal_map(np.asarray(Image.open(real_scenes / name).convert("RGB"))), name
     for name in ("stone_room/layingrock-h.jpg", "stone_room/brick-c.jpg", "windmill/windmill_001_base_COL.jpg"):
         assert not is_normal_map(np.asarray(Image.open(real_scenes / name).convert("RGB"))), name
+
+
+def test_only_the_materials_in_use_are_made(tmp_path):
+    path = tmp_path / "two.mtl"
+    path.write_text("newmtl plain\nKd 1 0 0\nnewmtl broken\nmap_Kd nowhere.png\n")
+    counter = WarningCounter()
+    assert list(read_mtl(path, counter, used={"plain"})) == ["plain"]
+    counter.issue()  # nothing is said of a texture that nothing shows

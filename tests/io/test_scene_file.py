@@ -100,6 +100,16 @@ def test_material_replaces_all_those_of_an_obj_file(read, tmp_path):
     assert not blue.material_ids.any()
 
 
+def test_obj_files_share_the_images_they_have_in_common(read, tmp_path):
+    Image.new("RGB", (2, 2)).save(tmp_path / "a.png")
+    (tmp_path / "a.mtl").write_text("newmtl a\nmap_Kd a.png\n")
+    for name in ("one.obj", "two.obj"):
+        (tmp_path / name).write_text("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n")
+    scene = read('[[mesh]]\nfile = "one.obj"\n[[mesh]]\nfile = "two.obj"\n' + LIGHT)
+    one, two = (instance.mesh.materials[0].diffuse_texture.pixels for instance in scene.instances())
+    assert np.shares_memory(one, two)
+
+
 def test_scale_then_rotations_in_order_then_translation(read):
     scene = read('[[mesh]]\nname = "leaf"\n' + TRIANGLE
                  + '[[instance]]\nname = "one"\nmesh = "leaf"\nscale = [2, 3, -4]\n'

@@ -15,7 +15,8 @@ SIZE = (48, 48)
 def _ball(rows=128, columns=256, inside_out=False):
     """Return a tessellated unit sphere with its analytic normals."""
     polar, around = np.meshgrid(np.linspace(0, np.pi, rows + 1), np.linspace(0, 2 * np.pi, columns + 1), indexing="ij")
-    points = np.stack([np.sin(polar) * np.cos(around), np.cos(polar), np.sin(polar) * np.sin(around)], -1).reshape(-1, 3)
+    points = np.stack([np.sin(polar) * np.cos(around), np.cos(polar), np.sin(polar) * np.sin(around)], -1)
+    points = points.reshape(-1, 3)
     corner = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
     below = corner + columns + 1
     triangles = np.concatenate([np.column_stack([corner, corner + 1, below]),

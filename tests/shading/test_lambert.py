@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pictures import direction, facing, pixel, picture, plane
+from pictures import direction, facing, picture, pixel, plane
 
 from glimt import Camera, DirectionalLight, Material, PointLight, Sphere
 

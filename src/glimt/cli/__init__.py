@@ -1,5 +1,6 @@
 """The command line: one module a command. Exit codes: 0 done, 1 our error, 2 usage, 130 interrupted."""
 
+import contextlib
 import os
 import sys
 
@@ -9,20 +10,22 @@ INTERRUPTED = 130
 
 def main() -> None:
     """Run the command that `sys.argv` names, and end the process."""
+    code = _run()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError):  # whoever read it has gone
+            stream.flush()
+    # At once: Python would take longer to clear away Numba than a small picture takes to render, and it would wait
+    # for threads that are still inside a kernel.
+    os._exit(code)
+
+
+def _run() -> int:
     try:
-        from glimt.cli.app import app  # after the try: Ctrl-C can come while modules are read
+        from glimt.cli.app import app  # in here: Ctrl-C can come while modules are read
         app()
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
-        _leave_at_once()
+        return INTERRUPTED
     except SystemExit as end:
-        if end.code == INTERRUPTED:
-            _leave_at_once()
-        raise
-
-
-def _leave_at_once() -> None:
-    """End the process without waiting for threads that are still inside a kernel."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(INTERRUPTED)
+        return end.code if isinstance(end.code, int) else 0
+    return 0

@@ -8,7 +8,7 @@ from pathlib import Path
 from glimt.errors import GlimtError, WarningCounter
 from glimt.io.image import TextureCache
 from glimt.io.mtl_maps import Map, MapReader, parse_map
-from glimt.io.obj_text import decode, read_bytes
+from glimt.io.obj_text import decode, read_bytes, without_comment
 from glimt.scene.material import Material
 
 LARGEST_FILE = 16 * 2**20
@@ -44,7 +44,7 @@ class _Draft:
 
 
 def read_mtl(path: str | os.PathLike[str], warnings: WarningCounter,
-             textures: TextureCache | None = None) -> dict[str, Material]:
+             textures: TextureCache | None = None, used: set[str] | None = None) -> dict[str, Material]:
     """Read the materials of an MTL file by name.
 
     Parameters
@@ -55,6 +55,8 @@ def read_mtl(path: str | os.PathLike[str], warnings: WarningCounter,
         Receives everything that is missing, wrong, or not drawn.
     textures : TextureCache, optional
         Shared by the files of one load.
+    used : set of str, optional
+        Names of the materials wanted; None: all. Textures of others are not read.
 
     Returns
     -------
@@ -63,7 +65,8 @@ def read_mtl(path: str | os.PathLike[str], warnings: WarningCounter,
         becomes a checker. The illumination models with ray-traced reflection make a mirror of the mean of `Ks`.
     """
     path = Path(path)
-    drafts = _read_drafts(path, warnings)
+    drafts = {name: draft for name, draft in _read_drafts(path, warnings).items()
+              if used is None or name in used or without_comment(name) in used}
     _warn_transparent(path, list(drafts.values()), warnings)
     reader = MapReader(textures or TextureCache(), warnings)
     return {name: _material(draft, reader, warnings) for name, draft in drafts.items()}

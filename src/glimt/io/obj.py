@@ -22,7 +22,8 @@ MAX_LIBRARIES = 1000
 """Names of MTL files in an OBJ file."""
 
 
-def read_obj(path: str | os.PathLike[str], *, warnings: WarningCounter | None = None) -> Mesh:
+def read_obj(path: str | os.PathLike[str], *, warnings: WarningCounter | None = None,
+             textures: TextureCache | None = None) -> Mesh:
     """Read an OBJ file, its MTL files and their textures as one mesh.
 
     Polygons become triangles, concave ones too. Corners that agree in position, texcoord and normal are one vertex.
@@ -35,6 +36,8 @@ def read_obj(path: str | os.PathLike[str], *, warnings: WarningCounter | None = 
         At most 4 GiB. What the file refers to must lie below the folder above it (see `obj_paths`).
     warnings : WarningCounter, optional
         Receives what was dropped, replaced or ignored; without one, it is issued at the end.
+    textures : TextureCache, optional
+        Shared by the files of one load, so that an image is decoded once.
 
     Raises
     ------
@@ -45,7 +48,7 @@ def read_obj(path: str | os.PathLike[str], *, warnings: WarningCounter | None = 
     counter = WarningCounter() if warnings is None else warnings
     try:
         text = parse_text(read_bytes(path), path, counter)
-        mesh = _build(text, path, counter)
+        mesh = _build(text, path, counter, textures or TextureCache())
     except MemoryError:
         raise GlimtError(f"{path}: is too large for this computer's memory; split it") from None
     if warnings is None:
@@ -53,7 +56,7 @@ def read_obj(path: str | os.PathLike[str], *, warnings: WarningCounter | None = 
     return mesh
 
 
-def _build(text: ObjText, path: Path, warnings: WarningCounter) -> Mesh:
+def _build(text: ObjText, path: Path, warnings: WarningCounter, textures: TextureCache) -> Mesh:
     if not len(text.lines):
         raise GlimtError(f"{path}: has no faces, and nothing else is drawn; export the mesh with its faces")
     triangles = _triangles(text, path, warnings)
@@ -61,7 +64,7 @@ def _build(text: ObjText, path: Path, warnings: WarningCounter) -> Mesh:
     normals = _with_normals(text, triangles.faces, corners)
     ids, firsts = unique_rows(corners.reshape(-1, 3))
     vertices = corners.reshape(-1, 3)[firsts]
-    materials, material_ids = _materials(text, path, warnings)
+    materials, material_ids = _materials(text, path, warnings, textures)
     used, triangle_materials = np.unique(material_ids[triangles.faces], return_inverse=True)
     return Mesh(text.positions[vertices[:, 0]], ids.reshape(-1, 3), normals[vertices[:, 2]],
                 _texcoords(text.texcoords, vertices[:, 1]), [materials[i] for i in used],
@@ -106,9 +109,10 @@ def _texcoords(texcoords: NDArray[np.float32], ids: NDArray[np.int32]) -> NDArra
     return table[ids]
 
 
-def _materials(text: ObjText, path: Path, warnings: WarningCounter) -> tuple[list[Material], NDArray[np.int64]]:
+def _materials(text: ObjText, path: Path, warnings: WarningCounter,
+               textures: TextureCache) -> tuple[list[Material], NDArray[np.int64]]:
     """Return the materials and the index of one for each face; the first is the default."""
-    library = _read_libraries(text.libraries, path, warnings)
+    library = _read_libraries(text, path, warnings, textures)
     by_name = {without_comment(name): material for name, material in library.items()} | library
     materials, index_of = [Material(name="default")], {}
     for statement in text.materials:
@@ -125,9 +129,11 @@ def _materials(text: ObjText, path: Path, warnings: WarningCounter) -> tuple[lis
     return materials, indices[text.uses]  # use -1, none yet, is the 0 at the end
 
 
-def _read_libraries(statements: list[Name], path: Path, warnings: WarningCounter) -> dict[str, Material]:
-    """Read each MTL file once; a name that several define means the last."""
-    finder, textures = FileFinder(), TextureCache()
+def _read_libraries(text: ObjText, path: Path, warnings: WarningCounter,
+                    textures: TextureCache) -> dict[str, Material]:
+    """Read the materials in use, each MTL file once; a name that several define means the last."""
+    finder, statements = FileFinder(), text.libraries
+    used = {name for use in text.materials for name in (use.text, without_comment(use.text))}
     library: dict[str, Material] = {}
     read: set[Path] = set()
     if sum(len(statement.text.split()) for statement in statements) > MAX_LIBRARIES:
@@ -137,7 +143,7 @@ def _read_libraries(statements: list[Name], path: Path, warnings: WarningCounter
             if file in read:
                 continue
             read.add(file)
-            materials = read_mtl(file, warnings, textures)
+            materials = read_mtl(file, warnings, textures, used)
             if library.keys() & materials.keys():
                 warnings.add("a material of an earlier MTL file is defined again; the last one is used", str(file))
             library |= materials

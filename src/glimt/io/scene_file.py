@@ -148,7 +148,7 @@ class _SceneReader:
             raise self.document.error(f"{file!r} is not an OBJ file, the one format meshes are read from", *place)
         if path not in self.obj_files:
             with self.document.blame(*place):
-                self.obj_files[path] = read_obj(path, warnings=self.warnings)
+                self.obj_files[path] = read_obj(path, warnings=self.warnings, textures=self.textures)
         return self.obj_files[path]
 
     def _instance(self, table: InstanceTable, index: int) -> Instance:
