@@ -16,7 +16,7 @@ from glimt.scene.sphere import Sphere
 ROUNDING = 2.0**-24
 """The relative error of one float32 operation."""
 
-TOLERANCE = 16 * ROUNDING
+TOLERANCE = 8 * ROUNDING
 """Of a point relative to a ray. From world to object space are four roundings (the matrix entry, three sums), to the
 corner one, in the shear four: 9 at most in each of two coordinates that add up to a distance, 9 * sqrt(2) < 13, and the
 edge functions add less than one rounding of the edge's length."""

@@ -32,8 +32,8 @@ MATRICES = {
                                                _rotation(random)),
     "flattened": lambda random: linalg.compose(_rotation(random), linalg.scaling([1, 1, 1e-3])),
     "far away": lambda random: linalg.compose(linalg.translation(random.normal(size=3) * 1000), _rotation(random)),
-    "large": lambda random: linalg.scaling(1e5),
-    "small": lambda random: linalg.scaling(1e-4),
+    "large": lambda random: linalg.scaling(1e9),
+    "small": lambda random: linalg.scaling(10 ** random.uniform(-9, 0)),
 }
 
 
@@ -131,7 +131,7 @@ def _from_surface(random, points):
 def _long_and_short(random, points):
     """Directions of any length."""
     origins, directions = _from_outside(random, points)
-    return origins, directions * 10.0 ** random.integers(-6, 7, (len(points), 1))
+    return origins, directions * 10.0 ** random.integers(-12, 13, (len(points), 1))
 
 
 RAYS = {"outside": _from_outside, "axes": _along_axes, "plane": _in_plane, "far": _from_far, "surface": _from_surface,

@@ -56,7 +56,9 @@ def render(
         _check_output(output)
         log = WarningLog()
         with log.collect(), ConsoleProgress() as progress:
+            from glimt.engines import begin_preparing
             from glimt.io import load
+            begin_preparing()
             loaded = load(scene)
             loaded.settings = _override(loaded.settings, overrides)
             film = _trace(loaded, threads, time, progress)

@@ -45,3 +45,10 @@ def get_engine(name: str = "auto", threads: int | None = None) -> Engine:
     from glimt.engines.cpu.engine import CpuEngine
 
     return CpuEngine(threads)
+
+
+def begin_preparing() -> None:
+    """Start in the background what `Engine.prepare` will wait for: worth a call before a scene is loaded."""
+    from glimt.engines.cpu import warm_up
+
+    warm_up.begin()

@@ -17,7 +17,7 @@ READABLE = ("PNG", "JPEG", "BMP", "GIF", "TGA")  # TGA has no signature and come
 WRITABLE = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".bmp": "BMP", ".tga": "TGA", ".webp": "WEBP"}
 LARGEST_SIDE = 16384
 LARGEST_AREA = 64 * 2**20
-LARGEST_TOTAL = 512 * 2**20
+LARGEST_TOTAL = 192 * 2**20
 """Pixels of all images of one load: a small file can hold a huge image."""
 
 

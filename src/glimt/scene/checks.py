@@ -62,8 +62,8 @@ def number(owner: str, field: str, value: Any, lo: float, hi: float) -> float:
     """Return `value` as a float within [lo, hi]."""
     try:
         result = float(value)
-    except (TypeError, ValueError):
-        raise GlimtError(f"{owner}: {field} is not a number: {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise GlimtError(f"{owner}: {field} is not a number within reach: {value!r:.60}") from None
     if not lo <= result <= hi:
         raise GlimtError(f"{owner}: {field} is {result:g}, expected {lo:g} to {hi:g}")
     return result

@@ -20,6 +20,8 @@ ToneCurve = Literal["clamp", "filmic"]
 
 LARGEST_SIZE = 32768
 """Pixels along one side of a picture."""
+LARGEST_AREA = 100_000_000
+"""Pixels of a picture: a film of that size takes 1.6 GB."""
 
 
 @dataclass(eq=False)
@@ -54,6 +56,9 @@ class RenderSettings:
     def __post_init__(self) -> None:
         self.width = _whole("width", self.width, 1, LARGEST_SIZE)
         self.height = _whole("height", self.height, 1, LARGEST_SIZE)
+        if self.width * self.height > LARGEST_AREA:
+            raise GlimtError(f"settings: {self.width}×{self.height} is more than {LARGEST_AREA // 10**6} million pixels; "
+                             "choose a smaller size")
         self.samples = _whole("samples", self.samples, 1, 64)
         self.max_bounces = _whole("max_bounces", self.max_bounces, 0, 1000)
         self.background = checks.color("settings", "background", self.background)
