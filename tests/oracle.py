@@ -81,32 +81,31 @@ def _triangle(a, b, c, origins, directions, size, along):
     points = np.stack([a - origins, b - origins, c - origins], 1)  # ray, corner, axis
     depth = np.einsum("nka,na->nk", points, unit)
     flat = points - depth[..., None] * unit[:, None]  # seen along the ray, which is a point now
+    edges = np.stack([b - a, c - b, a - c]) - np.einsum("ka,na->nk", [b - a, c - b, a - c], unit)[..., None] * unit[:, None]
     reach = np.abs(points).max((1, 2))
     error = TOLERANCE * (reach + size + along / length * np.abs(depth).max(1))
 
     # Signed distances to the edges: on which side the ray passes, and how far.
-    following = np.roll(flat, -1, 1)
-    edges = following - flat
-    volumes = np.einsum("na,nka->nk", unit, np.cross(flat, following))  # twice the areas of edge and ray
-    side = np.sign(volumes.sum(1))[:, None]
+    volumes = np.einsum("na,nka->nk", unit, np.cross(flat, edges))  # twice the areas of edge and ray
+    area = unit @ np.cross(b - a, c - a)
     edge_lengths = np.linalg.norm(edges, axis=2)
-    distance = side * volumes / np.maximum(edge_lengths, 1e-300)
-    height = np.abs(volumes.sum(1)) / np.maximum(edge_lengths.max(1), 1e-300)  # of the triangle as the ray sees it
-    edge_on = ~(height > 8 * error)
+    distance = np.sign(area)[:, None] * volumes / np.maximum(edge_lengths, 1e-300)
+    height = np.abs(area) / np.maximum(edge_lengths.max(1), 1e-300)  # of the triangle as the ray sees it
+    edge_on = height <= 8 * error
     near = _distance_to_outline(flat, edges) <= error
     sure = (distance > error[:, None]).all(1) & ~edge_on
-    possible = near | ((distance >= 0).all(1) & (side[:, 0] != 0))
+    possible = near | ((distance >= 0).all(1) & (area != 0))
 
     # Where: in the plane; anywhere between the corners when its plane is seen edge-on, each as far along the ray as
     # along an axis that the ray follows most.
-    weights = np.roll(volumes, -1, 1) / volumes.sum(1, keepdims=True)
+    weights = np.roll(volumes, -1, 1) / area[:, None]
     t = (depth * weights).sum(1)
-    slope = np.abs(depth - depth.mean(1, keepdims=True)).max(1) / np.maximum(height, 1e-300)
-    slack = np.where(edge_on, np.inf, error * (1 + 4 * slope))
     longest = np.abs(unit) > 0.999 * np.abs(unit).max(1, keepdims=True)
     ends = np.where(longest[:, None], points / unit[:, None], depth[..., None])
-    lo, hi = np.fmax(t - slack, ends.min((1, 2)) - 2 * error), np.fmin(t + slack, ends.max((1, 2)) + 2 * error)
-    spread = np.where(edge_on, np.inf, ROUNDING * 4 + 2 * error / np.maximum(height, 1e-300))
+    first, last = ends.min((1, 2)), ends.max((1, 2))
+    spread = np.where(edge_on, np.inf, 4 * ROUNDING + 2 * error / np.maximum(height, 1e-300))
+    slack = np.where(edge_on, np.inf, error + 2 * spread * (last - first))
+    lo, hi = np.fmax(t - slack, first - 2 * error), np.fmin(t + slack, last + 2 * error)
     return lo / length, hi / length, possible, sure, weights[:, 1], weights[:, 2], spread
 
 

@@ -165,7 +165,7 @@ def rays_for(scene, kinds, seed, count):
         parts.append(RAYS[kind](random, points))
     origins, directions = (np.concatenate(part)[:count].astype(np.float32) for part in zip(*parts, strict=True))
     order = random.permutation(count)
-    directions[(directions == 0).all(1), 1] = -1
+    directions[np.abs(directions).max(1) < 1e-12] = 0, -1, 0
     return origins[order], directions[order]
 
 

@@ -11,6 +11,7 @@ from glimt.engines import Progress, get_engine
 from glimt.film import Film
 from glimt.packed import pack, pack_lights, pack_view
 from glimt.packed.meshes import mesh_tree
+from glimt.scene import checks
 from glimt.scene.scene import Scene
 
 
@@ -67,6 +68,7 @@ class Renderer:
     def render(self, time: float = 0.0, progress: Progress | None = None) -> Film:
         """Render the scene with lights as they stand at `time` seconds."""
         scene, settings = self.scene, self.scene.settings
+        time = checks.number("render", "time", time, -1e12, 1e12)
         self._packed = self._packed._replace(lights=pack_lights(scene.lights, time))
         self._engine.upload(self._packed, len(scene.lights))
         view = pack_view(scene.camera_or_framing(), settings, scene.lights)

@@ -218,6 +218,12 @@ def test_faces_of_fewer_than_three_corners_are_left_out(load):
     assert len(mesh.triangles) == 1
 
 
+def test_corners_of_faces_that_are_left_out_are_forgotten():
+    data = np.frombuffer((SQUARE + "f 1 2\nf 1 2 3\nf 4\n").encode(), np.uint8).copy()
+    text = parse_text(data, Path("mesh.obj"), WarningCounter())
+    assert len(text.corners) == text.starts[-1] == 3
+
+
 def test_statements_that_are_not_drawn(load):
     text = SQUARE + "o name\ng a b\ng\nf 1 2 3\nl 1 2\np 1\np 2\nvp 1\ncstype bezier\ncurv 0 1\nlod 1\nhello there\n"
     with pytest.warns(GlimtWarning) as caught:

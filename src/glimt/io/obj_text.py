@@ -101,6 +101,7 @@ def parse_text(data: NDArray[np.uint8], path: Path, warnings: WarningCounter) ->
     _warn(path, others, notes, warnings)
     is_use = named[:, 0] == obj_parser.USEMTL
     uses = np.concatenate([[0], np.cumsum(is_use)])[rows[:kept, 3]] - 1
+    text_corners = text_corners[:rows[kept, 0]]  # faces that were left out had been counted
     return ObjText(text_positions, text_texcoords, text_normals, text_corners, rows[:kept + 1, 0], rows[:kept, 1],
                    rows[:kept, 2], uses, _names(data, named[is_use]), _names(data, named[~is_use]),
                    bool(notes[obj_parser.SMOOTHING, 0]))

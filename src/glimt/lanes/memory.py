@@ -54,10 +54,10 @@ def store_scalar(typing_context, words, index, value):
     return types.void(words, index, value), emit
 
 
-def _loader(count):
+def _loader(count, kind="f32"):
     @intrinsic
     def load_lanes(typing_context, words, index):
-        lanes = lanes_type("f32", count)
+        lanes = lanes_type(kind, count)
 
         def emit(context, builder, sig, args):
             address = _address(context, builder, sig, args)
@@ -68,7 +68,8 @@ def _loader(count):
     return load_lanes
 
 
-load, load8 = _loader(LANES), _loader(8)
+load, load4, load8 = _loader(LANES), _loader(4), _loader(8)
+load_int = _loader(LANES, "i32")
 
 
 def _storer():

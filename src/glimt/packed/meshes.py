@@ -12,6 +12,10 @@ from glimt.scene.mesh import Mesh
 from glimt.scene.tangents import tangent_space
 
 
+_BOX_PAD = np.float32(2.0**-21)
+"""As a share of a triangle's largest coordinate: eight times what float32 rounds off."""
+
+
 class PackedMesh(NamedTuple):
     """Arrays of one mesh; indices are local to it.
 
@@ -39,10 +43,17 @@ def pack_mesh(mesh: Mesh, with_tangents: bool, threads: int) -> PackedMesh:
         tree, blocks = next(((p.tree, p.blocks) for p in known.values()), (None, None))
         if tree is None or blocks is None:
             corners = mesh.positions[mesh.triangles]
-            tree = bvh.build(corners.min(1), corners.max(1), threads)
+            tree = bvh.build(*_boxes(corners), threads)
             blocks = _leaf_blocks(corners, tree.leaf_prims)
         known[with_tangents] = PackedMesh(tree, blocks, *_shading_arrays(mesh, with_tangents))
     return known[with_tangents]
+
+
+def _boxes(corners: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return bounds (lo, hi) of triangles, grown so that a ray which runs along a side of a box is within it."""
+    lo, hi = corners.min(1), corners.max(1)
+    pad = np.maximum(hi, -lo).max(1, keepdims=True) * _BOX_PAD
+    return lo - pad, hi + pad
 
 
 def _leaf_blocks(corners: NDArray[np.float32], leaf_prims: NDArray[np.int32]) -> NDArray[np.float32]:

@@ -30,6 +30,7 @@ from glimt.layout import (
 from glimt.packed.meshes import PackedMesh, pack_mesh
 from glimt.packed.packed_scene import PackedScene
 from glimt.packed.textures import TexturePacker
+from glimt.scene import checks
 from glimt.scene.camera import Camera
 from glimt.scene.instance import Instance
 from glimt.scene.light import DirectionalLight, Light, PointLight, SpotLight
@@ -45,20 +46,24 @@ space."""
 
 def pack(scene: Scene, time: float = 0.0, threads: int = 1) -> PackedScene:
     """Return the arrays of a scene with its lights as they stand at `time` seconds."""
-    packer = _Packer(threads)
+    for thing in scene.objects:
+        checks.kind("scene", "one of objects", thing, Instance, Sphere)
+    packer, shown = _Packer(threads), _materials_shown(scene)
     for thing in scene.objects:
         if isinstance(thing, Sphere):
             packer.add_sphere(thing)
         elif len(thing.mesh.triangles):
-            packer.add_instance(thing, _needs_tangents(scene, thing.mesh))
+            packer.add_instance(thing, shown[id(thing.mesh)])
     return packer.finish(pack_lights(scene.lights, time))
 
 
-def _needs_tangents(scene: Scene, mesh: Mesh) -> bool:
-    if mesh.texcoords is None:
-        return False
-    used = [thing.material for thing in scene.instances() if thing.mesh is mesh and thing.material]
-    return any(material.normal_texture is not None for material in [*mesh.materials, *used])
+def _materials_shown(scene: Scene) -> dict[int, list[Material]]:
+    """Return the materials that the instances of a mesh show, by the mesh's id."""
+    shown: dict[int, dict[int, Material]] = {}
+    for thing in scene.instances():
+        materials = [thing.material] if thing.material else thing.mesh.materials
+        shown.setdefault(id(thing.mesh), {}).update((id(material), material) for material in materials)
+    return {mesh: list(materials.values()) for mesh, materials in shown.items()}
 
 
 class _Packer:
@@ -87,10 +92,11 @@ class _Packer:
             self.materials.append(record)
         return self._material_ids[id(material)]
 
-    def add_mesh(self, mesh: Mesh, with_tangents: bool) -> dict[str, int]:
-        """Return the INSTANCE fields that say where the mesh's arrays start."""
+    def add_mesh(self, mesh: Mesh, shown: list[Material]) -> dict[str, int]:
+        """Return the INSTANCE fields that say where the arrays of a mesh start on which materials `shown` are seen."""
         if id(mesh) not in self._placed:
-            packed = pack_mesh(mesh, with_tangents, self.threads)
+            mapped = any(material.normal_texture is not None for material in shown)
+            packed = pack_mesh(mesh, mapped and mesh.texcoords is not None, self.threads)
             size = self._size
             has_tangents = len(packed.tangents) > 0  # and then normals as well
             self._placed[id(mesh)] = {
@@ -104,15 +110,16 @@ class _Packer:
                                ("vertices", packed.vertices), ("tangents", packed.tangents),
                                ("triangles", packed.triangles)):
                 size[name] += len(rows)
-            if mesh.texcoords is None and any(m.diffuse_texture or m.normal_texture for m in mesh.materials):
-                warnings.warn(GlimtWarning(f"mesh {mesh.name!r} has textures but no texcoords; each shows its first "
-                                           "texel"), stacklevel=2)
+            textured = mapped or any(material.diffuse_texture is not None for material in shown)
+            if textured and mesh.texcoords is None:
+                warnings.warn(GlimtWarning(f"mesh {mesh.name!r} has textures but no texcoords; each shows the colour "
+                                           "of its corner"), stacklevel=2)
         return self._placed[id(mesh)]
 
-    def add_instance(self, instance: Instance, with_tangents: bool) -> None:
-        """Place a mesh."""
+    def add_instance(self, instance: Instance, shown: list[Material]) -> None:
+        """Place a mesh; `shown` are the materials of all its instances."""
         record = np.zeros((), dtype(INSTANCE))
-        for name, value in self.add_mesh(instance.mesh, with_tangents).items():
+        for name, value in self.add_mesh(instance.mesh, shown).items():
             record[name] = value
         matrix = instance.object_to_world
         record["kind"] = MESH_KIND
@@ -183,6 +190,8 @@ def _records(rows: list[Any], struct: Any) -> NDArray[np.float32]:
 
 def pack_lights(lights: list[Light], time: float = 0.0) -> NDArray[np.float32]:
     """Return the LIGHT records of lights as they stand at `time`; one record that is never read for no lights."""
+    for light in lights:
+        checks.kind("scene", "one of lights", light, PointLight, DirectionalLight)
     rows = np.zeros(max(1, len(lights)), dtype(LIGHT))
     for row, light in zip(rows, lights, strict=False):
         row["diffuse"], row["specular"] = light.diffuse, light.specular

@@ -14,7 +14,9 @@ LARGEST = 1e15
 def array(owner: str, field: str, value: Any, shape: tuple[int | None, ...], dtype: DTypeLike) -> NDArray[Any]:
     """Return `value` as a contiguous array of `shape` (None: any length), or say which field of what is wrong."""
     try:
-        result = np.ascontiguousarray(value, dtype)
+        given = np.asarray(value)
+        with np.errstate(over="ignore", invalid="ignore"):  # what does not fit is refused below
+            result = np.ascontiguousarray(given, dtype)
     except (TypeError, ValueError, OverflowError) as error:
         raise GlimtError(f"{owner}: {field} is not an array of numbers: {error}") from None
     fits = result.ndim == len(shape) and all(w in (None, s) for w, s in zip(shape, result.shape, strict=True))
@@ -23,6 +25,8 @@ def array(owner: str, field: str, value: Any, shape: tuple[int | None, ...], dty
         raise GlimtError(f"{owner}: {field} has shape {result.shape}, expected {wanted}")
     if result.dtype.kind == "f" and not np.isfinite(result).all():
         raise GlimtError(f"{owner}: {field} has values that are not finite")
+    if result.dtype.kind == "i" and not np.can_cast(given.dtype, result.dtype) and not np.array_equal(result, given):
+        raise GlimtError(f"{owner}: {field} has values that are not whole numbers of {8 * result.itemsize} bits")
     return result
 
 
@@ -36,10 +40,21 @@ def coordinates(owner: str, field: str, value: Any, shape: tuple[int | None, ...
 
 def vector(owner: str, field: str, value: Any) -> tuple[float, float, float]:
     """Return `value` as three finite floats."""
-    x, y, z = array(owner, field, value, (3,), np.float64).tolist()
-    if max(abs(x), abs(y), abs(z)) > LARGEST:
-        raise GlimtError(f"{owner}: {field} has a component beyond {LARGEST:g}; scale the scene down")
+    x, y, z = _components(owner, field, value, 3)
     return x, y, z
+
+
+def pair(owner: str, field: str, value: Any) -> tuple[float, float]:
+    """Return `value` as two finite floats."""
+    x, y = _components(owner, field, value, 2)
+    return x, y
+
+
+def _components(owner: str, field: str, value: Any, count: int) -> list[float]:
+    components: list[float] = array(owner, field, value, (count,), np.float64).tolist()
+    if max(map(abs, components)) > LARGEST:
+        raise GlimtError(f"{owner}: {field} has a component beyond {LARGEST:g}; scale the scene down")
+    return components
 
 
 def direction(owner: str, field: str, value: Any) -> tuple[float, float, float]:
@@ -52,7 +67,8 @@ def direction(owner: str, field: str, value: Any) -> tuple[float, float, float]:
 
 def color(owner: str, field: str, value: Any) -> tuple[float, float, float]:
     """Return `value`, one number or three, as a linear colour with no negative part."""
-    result = vector(owner, field, np.broadcast_to(np.asarray(value), 3) if np.ndim(value) == 0 else value)
+    is_number = np.isscalar(value) or getattr(value, "shape", None) == ()
+    result = vector(owner, field, (value,) * 3 if is_number else value)
     if min(result) < 0:
         raise GlimtError(f"{owner}: {field} has a negative part: {result}")
     return result
@@ -67,3 +83,10 @@ def number(owner: str, field: str, value: Any, lo: float, hi: float) -> float:
     if not lo <= result <= hi:
         raise GlimtError(f"{owner}: {field} is {result:g}, expected {lo:g} to {hi:g}")
     return result
+
+
+def kind(owner: str, field: str, value: Any, *kinds: type) -> None:
+    """Refuse a `value` that is none of `kinds`, most often a file's name where its content is wanted."""
+    if not isinstance(value, kinds):
+        wanted = " or ".join(one.__name__ for one in kinds if one is not type(None))
+        raise GlimtError(f"{owner}: {field} is of type {type(value).__name__}, expected {wanted}")

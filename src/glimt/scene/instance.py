@@ -32,8 +32,10 @@ class Instance:
 
     def __post_init__(self) -> None:
         owner = f"instance {self.name!r}"
-        matrix = np.asarray(self.object_to_world)
-        if matrix.shape == (4, 4):
+        checks.kind(owner, "mesh", self.mesh, Mesh)
+        checks.kind(owner, "material", self.material, Material, type(None))
+        matrix = checks.array(owner, "object_to_world", self.object_to_world, (None, 4), np.float64)
+        if len(matrix) == 4:
             if not np.allclose(matrix[3], [0, 0, 0, 1]):
                 raise GlimtError(f"{owner}: the last row of object_to_world is not 0 0 0 1")
             matrix = matrix[:3]
@@ -42,5 +44,6 @@ class Instance:
             raise GlimtError(f"{owner}: object_to_world has an entry beyond {checks.LARGEST:g}; scale the scene down")
         # Singular means: no inverse whose entries are worth anything in float32.
         linear = self.object_to_world[:, :3]
-        if np.linalg.matrix_rank(linear, tol=np.abs(linear).max() * 1e-7) < 3:
+        rank = np.linalg.matrix_rank(linear, tol=np.abs(linear).max() * 1e-7)
+        if rank < 3 or np.abs(np.linalg.inv(linear)).max() > checks.LARGEST:
             raise GlimtError(f"{owner}: object_to_world is singular (it flattens the mesh), give every axis a size")

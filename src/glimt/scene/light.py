@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from glimt.errors import GlimtError
 from glimt.scene import checks
-from glimt.scene.motion import Motion
+from glimt.scene.motion import Motion, Orbit, Path
 
 Color = tuple[float, float, float]
 Point = tuple[float, float, float]
@@ -32,6 +32,7 @@ class Light:
     name: str = "light"
 
     def __post_init__(self) -> None:
+        checks.kind(self.owner, "motion", self.motion, Orbit, Path, type(None))
         self.ambient = checks.color(self.owner, "ambient", self.ambient)
         self.diffuse = checks.color(self.owner, "diffuse", self.diffuse)
         self.specular = self.diffuse if self.specular is None else checks.color(self.owner, "specular", self.specular)

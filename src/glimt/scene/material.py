@@ -43,6 +43,8 @@ class Material:
 
     def __post_init__(self) -> None:
         owner = f"material {self.name!r}"
+        for field in ("diffuse_texture", "normal_texture"):
+            checks.kind(owner, field, getattr(self, field), Texture, type(None))
         self.diffuse = checks.color(owner, "diffuse", self.diffuse)
         self.ambient = self.diffuse if self.ambient is None else checks.color(owner, "ambient", self.ambient)
         self.specular = checks.color(owner, "specular", self.specular)

@@ -53,7 +53,10 @@ class Mesh:
             self.normals = checks.coordinates(owner, "normals", self.normals, (count, 3))
         if self.texcoords is not None:
             self.texcoords = checks.coordinates(owner, "texcoords", self.texcoords, (count, 2))
+        checks.kind(owner, "materials", self.materials, list, tuple)
         self.materials = list(self.materials)
+        for material in self.materials:
+            checks.kind(owner, "materials", material, Material)
         if not self.materials:
             raise GlimtError(f"{owner}: no materials; leave the argument out for plain grey")
         self._check_material_ids(owner)

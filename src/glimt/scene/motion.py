@@ -34,7 +34,7 @@ class Orbit:
     def __post_init__(self) -> None:
         checks.vector("orbit", "center", self.center)
         checks.direction("orbit", "axis", self.axis)
-        if checks.number("orbit", "period", self.period, -1e9, 1e9) == 0:
+        if abs(checks.number("orbit", "period", self.period, -1e9, 1e9)) < 1e-9:
             raise GlimtError("orbit: period is 0 seconds")
 
     def position(self, start: Point, time: float) -> Point:
@@ -69,7 +69,7 @@ class Path:
 
     def __post_init__(self) -> None:
         times = checks.array("path", "times", self.times, (None,), np.float64)
-        checks.array("path", "points", self.points, (len(times), 3), np.float64)
+        checks.coordinates("path", "points", self.points, (len(times), 3))
         if len(times) < 2 or (np.diff(times) <= 0).any():
             raise GlimtError("path: times must be two or more, each later than the one before")
 

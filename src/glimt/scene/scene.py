@@ -57,8 +57,8 @@ class RenderSettings:
         self.width = _whole("width", self.width, 1, LARGEST_SIZE)
         self.height = _whole("height", self.height, 1, LARGEST_SIZE)
         if self.width * self.height > LARGEST_AREA:
-            raise GlimtError(f"settings: {self.width}×{self.height} is more than {LARGEST_AREA // 10**6} million pixels; "
-                             "choose a smaller size")
+            raise GlimtError(f"settings: {self.width}×{self.height} is more than {LARGEST_AREA // 10**6} million "
+                             "pixels; choose a smaller size")
         self.samples = _whole("samples", self.samples, 1, 64)
         self.max_bounces = _whole("max_bounces", self.max_bounces, 0, 1000)
         self.background = checks.color("settings", "background", self.background)
@@ -69,9 +69,10 @@ class RenderSettings:
 
 
 def _whole(name: str, value: int, lo: int, hi: int) -> int:
-    if checks.number("settings", name, value, lo, hi) != int(value):
+    number = checks.number("settings", name, value, lo, hi)
+    if number != int(number):
         raise GlimtError(f"settings: {name} is {value}, expected a whole number")
-    return int(value)
+    return int(number)
 
 
 @dataclass(eq=False)

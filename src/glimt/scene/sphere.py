@@ -31,3 +31,4 @@ class Sphere:
         self.radius = checks.number(owner, "radius", self.radius, 0, checks.LARGEST)
         if self.radius == 0:
             raise GlimtError(f"{owner}: radius is 0")
+        checks.kind(owner, "material", self.material, Material)

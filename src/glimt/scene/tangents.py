@@ -113,9 +113,10 @@ def _unit(vectors: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def _into_plane(vectors: NDArray[np.float64], normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (..., 3) vectors without their part along unit normals."""
-    flat: NDArray[np.float64] = vectors - normals * np.einsum("...k,...k->...", vectors, normals)[..., None]
-    return flat
+    """Return (..., 3) vectors without their part along unit normals; 0 where nothing but rounding is left."""
+    along = np.einsum("...k,...k->...", vectors, normals)[..., None]
+    flat: NDArray[np.float64] = vectors - normals * along
+    return np.where(np.abs(flat).max(-1, keepdims=True) > 1e-12 * np.abs(along), flat, 0.0)
 
 
 def _sum_by_vertex(triangles: NDArray[np.int32], values: NDArray[np.float64], count: int) -> NDArray[np.float64]:

@@ -45,10 +45,12 @@ class Texture:
             raise GlimtError(f"{owner}: encoding is {self.encoding!r}, expected 'srgb' or 'linear'")
         if self.wrap not in ("repeat", "clamp"):
             raise GlimtError(f"{owner}: wrap is {self.wrap!r}, expected 'repeat' or 'clamp'")
-        dtype = np.uint8 if np.asarray(self.pixels).dtype == np.uint8 else np.float32
+        given = getattr(self.pixels, "dtype", np.dtype(np.float32))
+        if given.kind != "f" and given != np.uint8:
+            raise GlimtError(f"{owner}: pixels are {given}, expected uint8 0..255 or floats 0..1")
+        dtype = np.uint8 if given == np.uint8 else np.float32
         self.pixels = checks.array(owner, "pixels", self.pixels, (None, None, 3), dtype)
         if 0 in self.pixels.shape:
             raise GlimtError(f"{owner}: the image has no pixels")
-        sx, sy = checks.array(owner, "scale", self.scale, (2,), np.float64).tolist()
-        ox, oy = checks.array(owner, "offset", self.offset, (2,), np.float64).tolist()
-        self.scale, self.offset = (sx, sy), (ox, oy)
+        self.scale = checks.pair(owner, "scale", self.scale)
+        self.offset = checks.pair(owner, "offset", self.offset)

@@ -31,7 +31,9 @@ from glimt.lanes import (
 )
 from glimt.layout import NODE
 
-_SMALLEST = np.float32(1e-18)
+_SMALLEST = np.float32(2.0**-60)
+"""The least component of a direction as a share of its greatest."""
+_TINY = np.float32(1e-36)
 _ROUNDING = np.float32(16 * 2.0**-24)
 _ALL_LANES = np.int32((1 << LANES) - 1)
 _HUGE = np.float32(3e38)
@@ -62,6 +64,7 @@ class Rays(NamedTuple):
     slab_y: object
     slab_z: object
     mixed: object
+    incoherent: object
     mixed_pad: object
     axis: object
     longest_x: object
@@ -90,9 +93,9 @@ def _slab(direction, origin, inverse, shared_origin, lo_plane, hi_plane):
 
 
 @inline
-def _inverse(d):
+def _inverse(d, least):
     """Return 1 / d, finite also where d is 0."""
-    return reciprocal(select(absolute(d) < _SMALLEST, select(d < 0.0, f32(-_SMALLEST), _SMALLEST), d))
+    return reciprocal(select(absolute(d) < least, select(d < 0.0, -least, least), d))
 
 
 @inline
@@ -107,7 +110,9 @@ def permute(longest_x, longest_y, v):
 def set_up(origin, direction, shared_origin):
     """Return the Rays of a packet; every lane must hold a ray, `shared_origin` says that all start in one point."""
     d = direction
-    inverse = vector3(_inverse(d.x), _inverse(d.y), _inverse(d.z))
+    ax, ay, az = absolute(d.x), absolute(d.y), absolute(d.z)
+    least = maximum(maximum(ax, maximum(ay, az)) * _SMALLEST, _TINY)
+    inverse = vector3(_inverse(d.x, least), _inverse(d.y, least), _inverse(d.z, least))
     add = vector3(-origin.x * inverse.x, -origin.y * inverse.y, -origin.z * inverse.z)
     pad = vector3(absolute(add.x) * _ROUNDING, absolute(add.y) * _ROUNDING, absolute(add.z) * _ROUNDING)
     slab_x = _slab(d.x, origin.x, inverse.x, shared_origin, NODE.lo_x, NODE.hi_x)
@@ -115,7 +120,6 @@ def set_up(origin, direction, shared_origin):
     slab_z = _slab(d.z, origin.z, inverse.z, shared_origin, NODE.lo_z, NODE.hi_z)
 
     # Shear along the longest axis of each ray, always the same one for the same ray.
-    ax, ay, az = absolute(d.x), absolute(d.y), absolute(d.z)
     longest_x = (ax > ay) & (ax > az)
     longest_y = (ay >= ax) & (ay > az)
     axis = ANY_AXIS
@@ -129,7 +133,7 @@ def set_up(origin, direction, shared_origin):
     depth = reciprocal(turned.z)
     shear = vector3(turned.x * depth, turned.y * depth, depth)
     return Rays(origin, d, inverse, add - pad, add + pad, slab_x, slab_y, slab_z,
-                slab_x.mixed or slab_y.mixed or slab_z.mixed, maximum(pad.x, maximum(pad.y, pad.z)) * 2.0,
+                slab_x.mixed or slab_y.mixed or slab_z.mixed, slab_x.mixed and slab_y.mixed and slab_z.mixed, maximum(pad.x, maximum(pad.y, pad.z)) * 2.0,
                 axis, longest_x, longest_y, shear, permute(longest_x, longest_y, origin), shared_origin)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from glimt.engines.cpu.kernels.hit import FAR, no_hit
 from glimt.engines.cpu.kernels.packet import fill_idle, set_up
+from glimt.engines.cpu.kernels.single import walk_each
 from glimt.engines.cpu.kernels.sphere import sphere_hit
 from glimt.engines.cpu.kernels.triangle import triangle_leaf
 from glimt.kernel import inline, routine
@@ -149,7 +150,10 @@ def instance_leaf(scene, inst, code, rays, hit, occlusion):
             if scalar_int(scene.instances, record + INSTANCE.identity) == 0:
                 local = to_object(scene, record, rays)
             root = scalar_int(scene.instances, record + INSTANCE.root)
-            hit = _walk_mesh(scene.blas_nodes, root, local, hit, occlusion, scene, inst)
+            if local.incoherent:
+                hit = walk_each(scene, root, local, hit, occlusion, inst)
+            else:
+                hit = _walk_mesh(scene.blas_nodes, root, local, hit, occlusion, scene, inst)
     return hit
 
 
