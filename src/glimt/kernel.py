@@ -26,7 +26,6 @@ from numba.core.runtime import rtsys
 
 from glimt.errors import GlimtError
 
-_KERNEL_SOURCES = ("kernel.py", "layout.py", "lanes", "bvh", "engines/cpu", "io/obj_parser.py", "io/obj_kernels.py")
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 _PART_OPTIONS: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _KEEP_DAYS = 30
@@ -74,7 +73,8 @@ def _cache_key() -> str:
     digest = hashlib.sha256()
     for source in sorted(package.rglob("*.py")):
         text = source.read_bytes()
-        if b"glimt.kernel" in text or source.name == "layout.py":  # what holds kernels, or constants of theirs
+        # What holds kernels or lanes, constants of theirs, or the order of their arguments.
+        if b"glimt.kernel" in text or b"glimt.lanes" in text or source.name in ("layout.py", "packed_scene.py"):
             digest.update(source.relative_to(package).as_posix().encode() + text)
     build = (numba.__version__, sys.version_info[:2], host_name(), sorted(host_features()), host_lanes())
     digest.update(repr(build).encode())
@@ -92,7 +92,7 @@ def remove_stale_caches() -> None:
 
 
 class _Locator(caching._CacheLocator):  # type: ignore[misc]
-    """Tells Numba's cache to use our folder, whose name is the source stamp."""
+    """Tells Numba's cache to use our folder; its name is part of the source stamp."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._function = function
@@ -101,7 +101,8 @@ class _Locator(caching._CacheLocator):  # type: ignore[misc]
         return str(cache_folder())
 
     def get_source_stamp(self) -> str:
-        return cache_folder().name
+        own = Path(self._function.__code__.co_filename).read_bytes()  # need not be a source of this package
+        return cache_folder().name + hashlib.sha256(own).hexdigest()
 
     def get_disambiguator(self) -> str:
         return str(self._function.__code__.co_firstlineno)
@@ -127,8 +128,17 @@ class _Cache(caching.FunctionCache):  # type: ignore[misc]
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load machine code without importing all that Numba needs for compiling: a quarter of a second less."""
         rtsys.initialize(target_context)
-        with self._guard_against_spurious_io_errors():
+        try:
             return self._load_overload(sig, target_context)
+        except Exception:  # a damaged file fails in ways that cannot be listed, and is compiled and written anew
+            with contextlib.suppress(OSError):
+                self._cache_file.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Save machine code where that is possible; after a full disk the next process compiles again."""
+        with contextlib.suppress(OSError):
+            self._save_overload(sig, data)
 
 
 def kernel(function: Callable[..., Any]) -> Any:

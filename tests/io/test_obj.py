@@ -1,11 +1,14 @@
 """Everything OBJ files do in the wild, one test each."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PIL import Image
 
 from glimt.errors import GlimtError, GlimtWarning, WarningCounter
 from glimt.io.obj import read_obj
+from glimt.io.obj_text import parse_text
 
 SQUARE = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\n"
 

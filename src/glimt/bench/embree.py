@@ -86,7 +86,7 @@ class Embree:
         return int(scene)
 
     def tracer(self, how: Configuration, occlusion: bool) -> Callable[..., None]:
-        """Return f(rays, t, prims, chunk): traces (6, n) rays to (n,) t and prims, or to t < 0 where blocked before 1."""
+        """Return f(rays, t, prims, chunk): traces (6, n) rays to (n,) t and prims; t < 0 where blocked before 1."""
         arguments = np.zeros(16, np.int32)  # RTCIntersectArguments: flags, feature mask, pointers
         arguments[0], arguments[1] = _COHERENT if how.coherent else 0, -1
         kernel, scene = self._tracers[how.width, occlusion], self._scenes[how.quality]

@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from glimt import __version__
+from glimt.cli.bench import bench
 from glimt.cli.info import info
 from glimt.cli.render import render
 
@@ -13,6 +14,7 @@ app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=N
                   context_settings={"help_option_names": ["-h", "--help"]})
 app.command()(render)
 app.command()(info)
+app.add_typer(bench, name="bench")
 
 
 def _print_version(wanted: bool) -> None:

@@ -11,7 +11,6 @@ from glimt.layout import LEAF_SIZE, TANGENT, TRIANGLE_BLOCK, VERTEX
 from glimt.scene.mesh import Mesh
 from glimt.scene.tangents import tangent_space
 
-
 _BOX_PAD = np.float32(2.0**-21)
 """As a share of a triangle's largest coordinate: eight times what float32 rounds off."""
 

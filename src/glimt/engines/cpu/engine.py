@@ -3,7 +3,6 @@
 import logging
 import os
 import time
-from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
@@ -39,8 +38,6 @@ class CpuEngine:
             raise GlimtError(f"threads is {threads}, expected 1 to {_MOST_THREADS}")
         self.threads = threads or available_threads()
         self._pool = ThreadPoolExecutor(self.threads, "glimt")
-        self._control = np.zeros(16, np.int64)
-        self._counters = np.zeros((self.threads, int(COUNTER_STRIDE)), np.int64)
         self._scene: PackedScene | None = None
         self._light_count = 0
 
@@ -64,24 +61,21 @@ class CpuEngine:
         width, height = size
         start = time.perf_counter()
         sums = np.zeros((height, width, 4), np.float32)
-        self._control[:] = 0
-        self._counters[:] = 0
-        jobs = [self._pool.submit(render_tiles, self._scene, self._light_count, view, sums, samples, max_bounces,
-                                  self._control, counters) for counters in self._counters]
+        control, counters = np.zeros(16, np.int64), np.zeros((self.threads, int(COUNTER_STRIDE)), np.int64)
         tiles = -(-width // TILE) * -(-height // TILE)
-        self._finish(jobs, progress and (lambda: progress("rendering", min(1.0, self._control[NEXT_TILE] / tiles))))
-        totals = self._counters[:, :len(Counters._fields)].sum(0).tolist()
-        return Film(sums, Counters(*totals), time.perf_counter() - start)
-
-    def _finish(self, jobs: "list[Future[Any]]", tell: Callable[[], None] | None) -> None:
-        """Wait for the jobs, awake for Ctrl-C; whatever happens, no job outlives this call."""
-        try:
+        jobs: list[Future[Any]] = []
+        try:  # awake for Ctrl-C; whatever happens, no job outlives this call
+            for own in counters:
+                jobs.append(self._pool.submit(render_tiles, self._scene, self._light_count, view, sums, samples,
+                                              max_bounces, control, own))
             while wait(jobs, _POLL_SECONDS).not_done:
-                if tell:
-                    tell()
+                if progress:
+                    progress("rendering", min(1.0, control[NEXT_TILE] / tiles))
         except BaseException:
-            self._control[CANCEL] = 1
+            control[CANCEL] = 1
             wait(jobs)
             raise
         for job in jobs:
             job.result()
+        totals = counters[:, :len(Counters._fields)].sum(0).tolist()
+        return Film(sums, Counters(*totals), time.perf_counter() - start)

@@ -1,8 +1,8 @@
 """A packet of rays, set up for boxes and for triangles in one space.
 
 For boxes: planes are reached at ``plane * inverse + add``, where `near_add` and `far_add` are ``-origin * inverse``
-moved apart by more than its rounding error, so that a box is never missed (after Ize, "Robust BVH ray traversal",
-2013, with an absolute bound instead of a factor). The interval of the whole packet answers for eight boxes at once.
+moved apart by more than the rounding error of the origin, all axes' because matrices mix them, so that a box is never
+missed (after Ize, "Robust BVH ray traversal", 2013, with an absolute bound instead of a factor). The interval of the whole packet answers for eight boxes at once.
 
 For triangles: the shear that turns the ray into the z axis (Woop, Benthin, Wald, "Watertight ray/triangle
 intersection", 2013).
@@ -21,7 +21,6 @@ from glimt.lanes import (
     bits,
     count_trailing_zeros,
     extract,
-    f32,
     highest,
     lowest,
     maximum,
@@ -75,8 +74,11 @@ class Rays(NamedTuple):
 
 
 @inline
-def _slab(direction, origin, inverse, shared_origin, lo_plane, hi_plane):
-    """Return the Slab of one axis; where directions differ in sign it lets everything pass."""
+def _slab(direction, origin, inverse, error, shared_origin, lo_plane, hi_plane):
+    """Return the Slab of one axis; where directions differ in sign it lets everything pass.
+
+    `error` is the greatest of the packet's rounding errors of origins.
+    """
     zero = np.float32(0)
     signs = bits(direction >= 0.0)
     if signs != 0 and signs != _ALL_LANES:
@@ -85,7 +87,7 @@ def _slab(direction, origin, inverse, shared_origin, lo_plane, hi_plane):
     if not shared_origin:
         lowest_origin, highest_origin = lowest(origin), highest(origin)
     near, far, near_plane = lowest(inverse), highest(inverse), lo_plane
-    pad = max(abs(lowest_origin), abs(highest_origin)) * max(abs(near), abs(far)) * _ROUNDING
+    pad = max(abs(near), abs(far)) * error
     if signs == 0:
         near, far, lowest_origin, highest_origin = far, near, highest_origin, lowest_origin
         near_plane = hi_plane
@@ -114,10 +116,12 @@ def set_up(origin, direction, shared_origin):
     least = maximum(maximum(ax, maximum(ay, az)) * _SMALLEST, _TINY)
     inverse = vector3(_inverse(d.x, least), _inverse(d.y, least), _inverse(d.z, least))
     add = vector3(-origin.x * inverse.x, -origin.y * inverse.y, -origin.z * inverse.z)
-    pad = vector3(absolute(add.x) * _ROUNDING, absolute(add.y) * _ROUNDING, absolute(add.z) * _ROUNDING)
-    slab_x = _slab(d.x, origin.x, inverse.x, shared_origin, NODE.lo_x, NODE.hi_x)
-    slab_y = _slab(d.y, origin.y, inverse.y, shared_origin, NODE.lo_y, NODE.hi_y)
-    slab_z = _slab(d.z, origin.z, inverse.z, shared_origin, NODE.lo_z, NODE.hi_z)
+    error = maximum(absolute(origin.x), maximum(absolute(origin.y), absolute(origin.z))) * _ROUNDING
+    pad = vector3(absolute(inverse.x) * error, absolute(inverse.y) * error, absolute(inverse.z) * error)
+    greatest = extract(error, 0) if shared_origin else highest(error)
+    slab_x = _slab(d.x, origin.x, inverse.x, greatest, shared_origin, NODE.lo_x, NODE.hi_x)
+    slab_y = _slab(d.y, origin.y, inverse.y, greatest, shared_origin, NODE.lo_y, NODE.hi_y)
+    slab_z = _slab(d.z, origin.z, inverse.z, greatest, shared_origin, NODE.lo_z, NODE.hi_z)
 
     # Shear along the longest axis of each ray, always the same one for the same ray.
     longest_x = (ax > ay) & (ax > az)
@@ -133,8 +137,8 @@ def set_up(origin, direction, shared_origin):
     depth = reciprocal(turned.z)
     shear = vector3(turned.x * depth, turned.y * depth, depth)
     return Rays(origin, d, inverse, add - pad, add + pad, slab_x, slab_y, slab_z,
-                slab_x.mixed or slab_y.mixed or slab_z.mixed, slab_x.mixed and slab_y.mixed and slab_z.mixed, maximum(pad.x, maximum(pad.y, pad.z)) * 2.0,
-                axis, longest_x, longest_y, shear, permute(longest_x, longest_y, origin), shared_origin)
+                slab_x.mixed or slab_y.mixed or slab_z.mixed, slab_x.mixed and slab_y.mixed and slab_z.mixed,
+                maximum(pad.x, maximum(pad.y, pad.z)) * 2.0, axis, longest_x, longest_y, shear, permute(longest_x, longest_y, origin), shared_origin)
 
 
 @inline

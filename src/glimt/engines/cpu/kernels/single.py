@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from glimt.engines.cpu.kernels.hit import DONE, Hit
+from glimt.engines.cpu.kernels.triangle import within
 from glimt.kernel import inline
 from glimt.lanes import (
     bits,
@@ -127,6 +128,7 @@ def _leaf(scene, inst, code, ray, t, u, v, prim, hit_inst, occlusion):
     inside = bits((minimum(wa, minimum(wb, wc)) >= 0.0) | (maximum(wa, maximum(wb, wc)) <= 0.0))
     inside &= (1 << (code % LEAF_STEP)) - 1
     if inside:
+        inside &= bits(within(ax, bx, cx) & within(ay, by, cy))
         scale = reciprocal(wa + wb + wc)
         us, vs = wb * scale, wc * scale
         ts = fma(wa * scale, az, fma(us, bz, vs * cz)) * ray.shear_z

@@ -33,7 +33,7 @@ def _edge(p, q):
 
 
 @inline
-def _within(a, b, c):
+def within(a, b, c):
     """Return the lanes whose ray, which is at 0, passes between the least and the greatest of three coordinates.
 
     Edge functions of a triangle far smaller than its distance from the ray round to 0, which counts as inside.
@@ -58,7 +58,7 @@ def triangle_leaf(scene, inst, code, rays, hit, occlusion):
         wa, wb, wc = _edge(c, b), _edge(a, c), _edge(b, a)
         inside = ((minimum(wa, minimum(wb, wc)) >= 0.0) | (maximum(wa, maximum(wb, wc)) <= 0.0)) & (hit.t > 0.0)
         if any_lane(inside):
-            inside = inside & _within(a.x, b.x, c.x) & _within(a.y, b.y, c.y)
+            inside = inside & within(a.x, b.x, c.x) & within(a.y, b.y, c.y)
             scale = reciprocal(wa + wb + wc)  # NaN for an edge-on triangle, which then is not closer
             u, v = wb * scale, wc * scale
             t = fma(wa * scale, a.z, fma(u, b.z, v * c.z)) * rays.shear.z

@@ -1,0 +1,131 @@
+"""Rays a second by kind, against Embree's best on the same rays in the same run."""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt import linalg
+from glimt.bench.embree import Configuration, Embree
+from glimt.bench.measure import interleave, machine, median, over_threads
+from glimt.engines.cpu.kernels.query import find_blocked, find_hits
+from glimt.layout import COUNTER_STRIDE, VIEW
+from glimt.packed import PackedScene, pack
+from glimt.scene.camera import Camera
+from glimt.scene.mesh import Mesh
+from glimt.scene.scene import Scene
+
+Rays = NDArray[np.float32]
+CONFIGURATIONS = [Configuration(quality, width, coherent) for quality in ("medium", "high")
+                  for width, coherent in ((16, True), (16, False), (1, False))]
+_GRANULE = 16  # ray sets are cut to whole packets of every width
+
+
+class RaySet(NamedTuple):
+    """Rays of one kind: (6, n) origins and directions, and whether only being blocked before t = 1 is asked."""
+
+    kind: str
+    rays: Rays
+    occlusion: bool
+
+
+def ray_sets(mesh: Mesh, packed: PackedScene, size: int) -> list[RaySet]:
+    """Return the rays of all kinds for one mesh.
+
+    Primary rays of a size×size picture, the shadow and mirror rays of what they hit, and as many rays as primary ones
+    between random points of the mesh's box.
+    """
+    lo, hi = (bound.astype(np.float64) for bound in mesh.bounds())
+    camera = Camera.framing(lo, hi)
+    primary = _primary(camera, size)
+    floats, ids = _hits(packed, primary)
+    found = ids[1] >= 0
+    corners = mesh.positions[mesh.triangles[ids[0][found]]].astype(np.float64)
+    u, v = floats[1][found, None], floats[2][found, None]
+    direction = primary[3:].T[found].astype(np.float64)
+    normal = linalg.normalize(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    normal *= -np.sign((normal * direction).sum(1, keepdims=True))
+    reach = np.linalg.norm(hi - lo)
+    point = corners[:, 0] * (1 - u - v) + corners[:, 1] * u + corners[:, 2] * v + normal * (1e-5 * reach)
+    light = np.asarray(camera.position) + reach * (0.5 * camera.basis().up - 0.7 * camera.basis().right)
+    mirrored = direction - 2 * normal * (normal * direction).sum(1, keepdims=True)
+    random = np.random.default_rng(1)
+    ends = random.uniform(lo - 0.1 * (hi - lo), hi + 0.1 * (hi - lo), (2, primary.shape[1], 3))
+    return [RaySet("primary", primary, False), RaySet("shadow", _join(point, light - point), True),
+            RaySet("mirror", _join(point, mirrored), False),
+            RaySet("incoherent", _join(ends[0], linalg.normalize(ends[1] - ends[0])), False)]
+
+
+def _join(origins: NDArray[Any], directions: NDArray[Any]) -> Rays:
+    count = len(origins) // _GRANULE * _GRANULE
+    return np.ascontiguousarray(np.concatenate([origins[:count].T, directions[:count].T]), np.float32)
+
+
+def _primary(camera: Camera, size: int) -> Rays:
+    """Return the camera's rays in blocks of 4×4 pixels within tiles of 16×16: the order of the engine."""
+    index = np.arange(size * size).reshape(size // 16, size // 16, 4, 4, 4, 4)
+    tile_y, tile_x, block_y, block_x, y, x = np.unravel_index(index.ravel(), index.shape)
+    column, row = tile_x * 16 + block_x * 4 + x, tile_y * 16 + block_y * 4 + y
+    basis, reach = camera.basis(), np.tan(np.radians(camera.fov_deg) / 2)
+    right, up = (2 * column + 1) / size - 1, 1 - (2 * row + 1) / size
+    directions = basis.look + reach * (right[:, None] * basis.right + up[:, None] * basis.up)
+    return _join(np.broadcast_to(camera.position, directions.shape), linalg.normalize(directions))
+
+
+def _hits(packed: PackedScene, rays: Rays) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    floats, ids = np.zeros((3, rays.shape[1]), np.float32), np.zeros((2, rays.shape[1]), np.int32)
+    find_hits(packed, rays, floats, ids, np.zeros(1, np.int64), np.zeros(VIEW.words, np.float32),
+              np.zeros(COUNTER_STRIDE, np.int64))
+    return floats, ids
+
+
+def measure_mesh(mesh: Mesh, size: int = 1024, threads: tuple[int, ...] = (1,), rounds: int = 5,
+                 tell: Callable[[str], None] = lambda text: None) -> list[dict[str, Any]]:
+    """Return a row for each kind of ray and number of threads.
+
+    A row holds Mrays/s of glimt and of every Embree configuration (medians), the best of those, `ratio`, which is
+    glimt's rate through the best one's, and `differing`, rays per million whose answer differs from Embree's.
+    """
+    packed = pack(Scene().add(mesh), threads=max(threads))
+    embree = Embree(mesh.positions, mesh.triangles)
+    rows = []
+    with ThreadPoolExecutor(max(threads)) as pool:
+        for ray_set in ray_sets(mesh, packed, size // 16 * 16):
+            for count in threads:
+                tell(f"{mesh.name}: {ray_set.kind}, threads: {count}")
+                rows.append(_measure_set(mesh, packed, embree, ray_set, pool, count, rounds))
+    return rows
+
+
+def _measure_set(mesh: Mesh, packed: PackedScene, embree: Embree, ray_set: RaySet, pool: ThreadPoolExecutor,
+                 threads: int, rounds: int) -> dict[str, Any]:
+    rays, n = ray_set.rays, ray_set.rays.shape[1]
+    floats, ids, blocked = np.zeros((3, n), np.float32), np.zeros((2, n), np.int32), np.zeros(n, np.int32)
+    view, counters = np.zeros(VIEW.words, np.float32), np.zeros(COUNTER_STRIDE, np.int64)
+    t, prims = np.zeros(n, np.float32), np.zeros(n, np.int32)
+
+    def ours(chunk: NDArray[np.int64]) -> None:
+        if ray_set.occlusion:
+            find_blocked(packed, rays, blocked, chunk, view, counters)
+        else:
+            find_hits(packed, rays, floats, ids, chunk, view, counters)
+
+    def theirs(how: Configuration) -> Callable[[], None]:
+        tracer = embree.tracer(how, ray_set.occlusion)
+        return lambda: over_threads(pool, threads, lambda chunk: tracer(rays, t, prims, chunk))
+
+    runs = {"glimt": lambda: over_threads(pool, threads, ours)} | {str(how): theirs(how) for how in CONFIGURATIONS}
+    rates = {name: n / median(seconds) / 1e6 for name, seconds in interleave(runs, rounds).items()}
+    runs[str(CONFIGURATIONS[-1])]()
+    wrong = (blocked > 0) != (t < 0) if ray_set.occlusion else ids[0] != prims
+    best = max((str(how) for how in CONFIGURATIONS), key=lambda name: rates[name])
+    return {"mesh": mesh.name, "triangles": len(mesh.triangles), "kind": ray_set.kind, "threads": threads, "rays": n,
+            "mrays": rates, "best": best, "ratio": rates["glimt"] / rates[best],
+            "differing": 1e6 * float(wrong.mean())}
+
+
+def report(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return a result to be written as JSON."""
+    return {"benchmark": "rays", "version": 1, "machine": machine(), "rows": rows}
