@@ -68,7 +68,8 @@ def _develop(radiance, scale, is_filmic, codes, image):  # type: ignore[no-untyp
             samples = radiance[y, x, 3] if parts > 3 else one
             factor = scale / samples if samples > zero else zero
             for k in range(3):
-                value = min(max(radiance[y, x, k] * factor, zero), np.float32(1e4))
+                value = radiance[y, x, k] * factor
+                value = min(value, np.float32(1e4)) if value > zero else zero  # NaN is black
                 if is_filmic:
                     value = filmic(value)
                 image[y, x, k] = codes[np.int32(min(value, one) * last + np.float32(0.5))]

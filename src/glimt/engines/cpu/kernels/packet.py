@@ -1,8 +1,9 @@
 """A packet of rays, set up for boxes and for triangles in one space.
 
 For boxes: planes are reached at ``plane * inverse + add``, where `near_add` and `far_add` are ``-origin * inverse``
-moved apart by more than the rounding error of the origin, all axes' because matrices mix them, so that a box is never
-missed (after Ize, "Robust BVH ray traversal", 2013, with an absolute bound instead of a factor). The interval of the whole packet answers for eight boxes at once.
+moved apart by more than the rounding error of the origin (of its largest coordinate, since matrices mix them), so that
+a box is never missed (after Ize, "Robust BVH ray traversal", 2013, with an absolute bound instead of a factor). The
+interval of the whole packet answers for eight boxes at once.
 
 For triangles: the shear that turns the ray into the z axis (Woop, Benthin, Wald, "Watertight ray/triangle
 intersection", 2013).
@@ -138,7 +139,8 @@ def set_up(origin, direction, shared_origin):
     shear = vector3(turned.x * depth, turned.y * depth, depth)
     return Rays(origin, d, inverse, add - pad, add + pad, slab_x, slab_y, slab_z,
                 slab_x.mixed or slab_y.mixed or slab_z.mixed, slab_x.mixed and slab_y.mixed and slab_z.mixed,
-                maximum(pad.x, maximum(pad.y, pad.z)) * 2.0, axis, longest_x, longest_y, shear, permute(longest_x, longest_y, origin), shared_origin)
+                maximum(pad.x, maximum(pad.y, pad.z)) * 2.0, axis, longest_x, longest_y, shear,
+                permute(longest_x, longest_y, origin), shared_origin)
 
 
 @inline
