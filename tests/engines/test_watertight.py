@@ -1,0 +1,91 @@
+"""No ray leaves a closed mesh unseen: not between triangles, not at a corner, not in an instance far away."""
+
+import numpy as np
+import pytest
+import shapes
+import tracing
+
+from glimt import linalg
+from glimt.packed import pack
+from glimt.scene.instance import Instance
+from glimt.scene.scene import Scene
+
+BATCH = 500_000
+
+FAR_AWAY = linalg.compose(linalg.translation((-1000, 300, 700)), linalg.rotation((1, 2, 3), 40),
+                          linalg.scaling((-0.3, 2, 5)), linalg.rotation((3, -1, 1), 70))
+"""Turned, stretched, mirrored, turned again, and a thousand units from the origin."""
+
+MATRICES = {"modelled there": linalg.identity(), "far away": FAR_AWAY}
+
+
+@pytest.fixture(scope="module", params=["sphere", "torus"])
+def mesh(request):
+    """Thousands of triangles without any symmetry left."""
+    return (shapes.icosphere(4, roughness=0.04) if request.param == "sphere" else
+            shapes.torus(64, 32, jitter=0.01))
+
+
+def inner_points(mesh, random, count):
+    """Return (count, 3) points well inside: near the middle of the sphere, in the tube of the torus."""
+    if abs(mesh.positions).max() < 1.1:
+        return random.uniform(-0.4, 0.4, (count, 3))
+    angle = random.uniform(0, 2 * np.pi, count)
+    circle = np.stack([np.cos(angle), np.zeros(count), np.sin(angle)], 1)
+    return circle + random.uniform(-0.15, 0.15, (count, 3))
+
+
+def escaped(packed, origins, directions):
+    """Return how many rays meet nothing, by either way of asking."""
+    hits = tracing.closest(packed, origins, directions)
+    return int((~(hits.t < np.inf)).sum()), int((~tracing.blocked(packed, origins, directions)).sum())
+
+
+def placed(mesh, matrix):
+    return pack(Scene().add(Instance(mesh, matrix)))
+
+
+@pytest.mark.parametrize("place", MATRICES)
+def test_random_rays_do_not_escape(mesh, place):
+    """2.5 million for each of the four: 10 million."""
+    matrix, random = MATRICES[place], np.random.default_rng(5)
+    packed = placed(mesh, matrix)
+    for _ in range(5):
+        origins = linalg.transform_points(matrix, inner_points(mesh, random, BATCH))
+        directions = random.standard_normal((BATCH, 3), np.float32)
+        hits = tracing.closest(packed, origins, directions)
+        assert (hits.t < np.inf).all()
+
+
+@pytest.mark.parametrize("place", MATRICES)
+def test_rays_at_vertices_and_edges_do_not_escape(mesh, place):
+    """At each vertex and at the middle of each edge, as exactly as float32 can aim: 1 million in all."""
+    matrix, random = MATRICES[place], np.random.default_rng(6)
+    middles = mesh.positions[shapes.edges(mesh)].mean(1, dtype=np.float64)
+    targets = np.concatenate([mesh.positions, middles])
+    targets = np.tile(targets, (125_000 // len(targets) + 1, 1))
+    for origin in (linalg.transform_points(matrix, inner_points(mesh, random, len(targets))),
+                   linalg.transform_points(matrix, inner_points(mesh, random, 1)[0])):  # apart, and from one point
+        origin = origin.astype(np.float32)
+        directions = linalg.transform_points(matrix, targets) - origin
+        assert escaped(placed(mesh, matrix), origin, directions) == (0, 0)
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1e-3, 1.0, 1e5, 1e12])
+def test_size_does_not_matter(scale):
+    mesh, random = shapes.icosphere(3, roughness=0.04), np.random.default_rng(7)
+    for packed in (placed(mesh, linalg.scaling(scale)),
+                   pack(Scene().add(type(mesh)(mesh.positions * np.float64(scale), mesh.triangles)))):
+        origins = inner_points(mesh, random, 50_000) * scale
+        targets = mesh.positions[random.integers(len(mesh.positions), size=50_000)] * scale
+        assert escaped(packed, origins, targets - origins) == (0, 0)
+
+
+def test_rays_in_coordinate_planes_do_not_escape_a_symmetric_mesh():
+    """Vertices, edges and sides of boxes lie in the planes x = 0, y = 0 and z = 0, and so do the rays."""
+    mesh, random = shapes.icosphere(4), np.random.default_rng(8)
+    origins = random.uniform(-0.5, 0.5, (100_000, 3)) * random.integers(0, 2, (100_000, 3))
+    directions = random.standard_normal((100_000, 3)) * random.integers(0, 2, (100_000, 3))
+    directions[~directions.any(1), 0] = -1
+    directions[directions == 0] *= random.choice([-1.0, 1.0], (directions == 0).sum())
+    assert escaped(placed(mesh, linalg.identity()), origins, directions) == (0, 0)
