@@ -156,7 +156,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 def is_ready(dispatcher: Any) -> bool:
     """Return whether an entry point runs without being compiled first, by this process or from the disk."""
     function = dispatcher.py_func
-    name = f"{function.__module__.rsplit('.', 1)[-1]}.{function.__qualname__}-*.nbc"
+    name = f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}-*.nbc"
     return bool(dispatcher.overloads) or any(cache_folder().glob(name))
 
 
