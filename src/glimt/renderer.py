@@ -65,15 +65,15 @@ class Renderer:
         threads = getattr(self._engine, "threads", 1)
         self._packed = pack(self.scene, threads=threads)
 
-    def render(self, time: float = 0.0, progress: Progress | None = None) -> Film:
-        """Render the scene with lights as they stand at `time` seconds."""
+    def render(self, time: float = 0.0, progress: Progress | None = None, film: Film | None = None) -> Film:
+        """Render the scene with lights as they stand at `time` seconds; `film` is one that may be written over."""
         scene, settings = self.scene, self.scene.settings
         time = checks.number("render", "time", time, -1e12, 1e12)
         self._packed = self._packed._replace(lights=pack_lights(scene.lights, time))
         self._engine.upload(self._packed, len(scene.lights))
         view = pack_view(scene.camera_or_framing(), settings, scene.lights)
         return self._engine.render(view, (settings.width, settings.height), settings.samples, settings.max_bounces,
-                                   progress)
+                                   progress, film)
 
     def stats(self) -> SceneStats:
         """Return what the scene is made of."""

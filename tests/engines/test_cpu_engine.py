@@ -112,3 +112,15 @@ def test_progress_is_told(scene):
         0.0, lambda stage, share: told.append((stage, share)))
     assert {stage for stage, _ in told} >= {"building trees", "rendering"}
     assert all(0 <= share <= 1 for _, share in told)
+
+
+def test_a_film_may_be_written_over(scene):
+    renderer = glimt.Renderer(scene)
+    first = renderer.render()
+    kept = first.sums.copy()
+    scene.lights[0].diffuse = (0.0, 0.0, 0.0)
+    second = renderer.render(film=first)
+    assert second.sums is first.sums
+    assert not np.array_equal(second.sums, kept)
+    scene.settings = glimt.RenderSettings(SIZE, 2 * SIZE)
+    assert renderer.render(film=second).sums.shape == (2 * SIZE, SIZE, 4)  # another size: a new film

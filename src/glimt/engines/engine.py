@@ -24,7 +24,7 @@ class Engine(Protocol):
         """Take over a scene, or the changed arrays of one."""
 
     def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: int, max_bounces: int,
-               progress: Progress | None = None) -> Film:
+               progress: Progress | None = None, film: Film | None = None) -> Film:
         """Render the scene.
 
         Parameters
@@ -35,6 +35,8 @@ class Engine(Protocol):
             n for n×n samples a pixel.
         max_bounces : int
         progress : Progress, optional
+        film : Film, optional
+            One whose memory may be written over, if it has the right size: a new one costs page faults each frame.
         """
 
 

@@ -54,13 +54,14 @@ class CpuEngine:
         self._scene, self._light_count = scene, light_count
 
     def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: int, max_bounces: int,
-               progress: Progress | None = None) -> Film:
+               progress: Progress | None = None, film: Film | None = None) -> Film:
         """Render the uploaded scene (see `Engine.render`); Ctrl-C stops within a few packets' time."""
         if self._scene is None:
             raise GlimtError("no scene was uploaded to the engine")
         width, height = size
         start = time.perf_counter()
-        sums = np.zeros((height, width, 4), np.float32)
+        shape = (height, width, 4)
+        sums = film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)
         control, counters = np.zeros(16, np.int64), np.zeros((self.threads, int(COUNTER_STRIDE)), np.int64)
         tiles = -(-width // TILE) * -(-height // TILE)
         jobs: list[Future[Any]] = []
