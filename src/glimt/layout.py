@@ -35,6 +35,13 @@ NODE = _struct("Node", lo_x="8f", lo_y="8f", lo_z="8f", hi_x="8f", hi_y="8f", hi
 """Eight children of a tree: box by box side, then what each is. A child >= 0 is another node; below 0 it is a leaf,
 ``~(block * LEAF_STEP + count)``. An unused child has an empty box."""
 
+BOTH_X, BOTH_Y, BOTH_Z = (np.int64(lo + hi) for lo, hi in ((NODE.lo_x, NODE.hi_x), (NODE.lo_y, NODE.hi_y),
+                                                           (NODE.lo_z, NODE.hi_z)))
+"""The offset of one plane of a pair minus this is the offset of the other."""
+
+BOX_SLACK = np.float32(1 + 2.0**-20)
+"""A box is visited when it starts up to this factor behind what was found: never missed by rounding."""
+
 TRIANGLE_BLOCK = _struct("TriangleBlock", x0="4f", y0="4f", z0="4f", x1="4f", y1="4f", z1="4f", x2="4f", y2="4f",
                          z2="4f", prim="4i")
 """A leaf of a mesh's tree: corners of up to four triangles in object space."""

@@ -33,11 +33,8 @@ from glimt.lanes import (
     store8,
     store_scalar,
 )
-from glimt.layout import LEAF_SIZE, LEAF_STEP, NODE, TRIANGLE_BLOCK
+from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, LEAF_SIZE, LEAF_STEP, NODE, TRIANGLE_BLOCK
 
-_SLACK = np.float32(1 + 2.0**-20)
-_OPPOSITE_X, _OPPOSITE_Y, _OPPOSITE_Z = (np.int64(lo + hi) for lo, hi in (
-    (NODE.lo_x, NODE.hi_x), (NODE.lo_y, NODE.hi_y), (NODE.lo_z, NODE.hi_z)))
 _AXIS = np.int64(LEAF_SIZE)
 _CORNER = np.int64(3 * LEAF_SIZE)
 
@@ -97,10 +94,10 @@ def _children(nodes, base, ray, t):
     entry = maximum(maximum(fma(load8(nodes, base + ray.near_x), ray.inverse_x, ray.near_add_x),
                             fma(load8(nodes, base + ray.near_y), ray.inverse_y, ray.near_add_y)),
                     maximum(fma(load8(nodes, base + ray.near_z), ray.inverse_z, ray.near_add_z), 0.0))
-    leave = minimum(minimum(fma(load8(nodes, base + _OPPOSITE_X - ray.near_x), ray.inverse_x, ray.far_add_x),
-                            fma(load8(nodes, base + _OPPOSITE_Y - ray.near_y), ray.inverse_y, ray.far_add_y)),
-                    minimum(fma(load8(nodes, base + _OPPOSITE_Z - ray.near_z), ray.inverse_z, ray.far_add_z), t))
-    return entry, leave * _SLACK
+    leave = minimum(minimum(fma(load8(nodes, base + BOTH_X - ray.near_x), ray.inverse_x, ray.far_add_x),
+                            fma(load8(nodes, base + BOTH_Y - ray.near_y), ray.inverse_y, ray.far_add_y)),
+                    minimum(fma(load8(nodes, base + BOTH_Z - ray.near_z), ray.inverse_z, ray.far_add_z), t))
+    return entry, leave * BOX_SLACK
 
 
 @inline
@@ -176,7 +173,7 @@ def _walk(scene, root, inst, ray, t, u, v, prim, hit_inst, occlusion):
             if size == 0:
                 return t, u, v, prim, hit_inst
             size -= 1
-            if scalar(distances, size) <= t * _SLACK:
+            if scalar(distances, size) <= t * BOX_SLACK:
                 code = scalar_int(stack, size)
                 break
 

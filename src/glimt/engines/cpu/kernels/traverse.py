@@ -27,13 +27,7 @@ from glimt.lanes import (
     store_scalar,
     vector3,
 )
-from glimt.layout import INSTANCE, INSTANCE_BLOCK, LEAF_STEP, NODE, SPHERE_KIND
-
-_SLACK = np.float32(1 + 2.0**-20)
-"""Distances to boxes may be this much too large."""
-_OPPOSITE_X, _OPPOSITE_Y, _OPPOSITE_Z = (np.int64(lo + hi) for lo, hi in (
-    (NODE.lo_x, NODE.hi_x), (NODE.lo_y, NODE.hi_y), (NODE.lo_z, NODE.hi_z)))
-"""Offset of one plane of a pair minus this is the other's."""
+from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, INSTANCE, INSTANCE_BLOCK, LEAF_STEP, NODE, SPHERE_KIND
 
 
 @inline
@@ -43,10 +37,10 @@ def _children(nodes, base, rays, limit):
     entry = maximum(maximum(fma(load8(nodes, base + x.near_plane), x.near_factor, x.near_add),
                             fma(load8(nodes, base + y.near_plane), y.near_factor, y.near_add)),
                     maximum(fma(load8(nodes, base + z.near_plane), z.near_factor, z.near_add), 0.0))
-    leave = minimum(minimum(fma(load8(nodes, base + _OPPOSITE_X - x.near_plane), x.far_factor, x.far_add),
-                            fma(load8(nodes, base + _OPPOSITE_Y - y.near_plane), y.far_factor, y.far_add)),
-                    minimum(fma(load8(nodes, base + _OPPOSITE_Z - z.near_plane), z.far_factor, z.far_add), limit))
-    return entry, leave * _SLACK
+    leave = minimum(minimum(fma(load8(nodes, base + BOTH_X - x.near_plane), x.far_factor, x.far_add),
+                            fma(load8(nodes, base + BOTH_Y - y.near_plane), y.far_factor, y.far_add)),
+                    minimum(fma(load8(nodes, base + BOTH_Z - z.near_plane), z.far_factor, z.far_add), limit))
+    return entry, leave * BOX_SLACK
 
 
 @inline
@@ -54,16 +48,16 @@ def _overlaps(nodes, child, rays, t):
     """Return the lanes whose ray meets one child's box before t."""
     x, y, z = rays.slab_x, rays.slab_y, rays.slab_z
     x0 = fma(scalar(nodes, child + x.near_plane), rays.inverse.x, rays.near_add.x)
-    x1 = fma(scalar(nodes, child + _OPPOSITE_X - x.near_plane), rays.inverse.x, rays.far_add.x)
+    x1 = fma(scalar(nodes, child + BOTH_X - x.near_plane), rays.inverse.x, rays.far_add.x)
     y0 = fma(scalar(nodes, child + y.near_plane), rays.inverse.y, rays.near_add.y)
-    y1 = fma(scalar(nodes, child + _OPPOSITE_Y - y.near_plane), rays.inverse.y, rays.far_add.y)
+    y1 = fma(scalar(nodes, child + BOTH_Y - y.near_plane), rays.inverse.y, rays.far_add.y)
     z0 = fma(scalar(nodes, child + z.near_plane), rays.inverse.z, rays.near_add.z)
-    z1 = fma(scalar(nodes, child + _OPPOSITE_Z - z.near_plane), rays.inverse.z, rays.far_add.z)
+    z1 = fma(scalar(nodes, child + BOTH_Z - z.near_plane), rays.inverse.z, rays.far_add.z)
     if rays.mixed:  # a ray may meet its planes in the other order: its bounds are then on the wrong sides
         x0, x1 = minimum(x0, x1) - rays.mixed_pad, maximum(x0, x1) + rays.mixed_pad
         y0, y1 = minimum(y0, y1) - rays.mixed_pad, maximum(y0, y1) + rays.mixed_pad
         z0, z1 = minimum(z0, z1) - rays.mixed_pad, maximum(z0, z1) + rays.mixed_pad
-    return maximum(maximum(x0, y0), maximum(z0, 0.0)) <= minimum(minimum(x1, y1), minimum(z1, t)) * _SLACK
+    return maximum(maximum(x0, y0), maximum(z0, 0.0)) <= minimum(minimum(x1, y1), minimum(z1, t)) * BOX_SLACK
 
 
 def _walk_with(leaf):
@@ -114,7 +108,7 @@ def _walk_with(leaf):
                 if size == 0:
                     return hit
                 size -= 1
-                if scalar(distances, size) <= limit * _SLACK:
+                if scalar(distances, size) <= limit * BOX_SLACK:
                     code = scalar_int(stack, size)
                     break
 
