@@ -78,22 +78,57 @@ def test_a_strange_lane_width_is_refused(monkeypatch):
         kernel.host_lanes()
 
 
-@pytest.mark.parametrize(("file", "changes"), [
-    ("engines/cpu/kernels/sphere.py", True), ("layout.py", True), ("lanes/math.py", True), ("bvh/wide.py", True),
-    ("io/obj_parser.py", True), ("cli/app.py", False), ("scene/camera.py", False)])
-def test_the_folder_is_named_after_every_kernel_source(tmp_path, file, changes):
-    copy = tmp_path / "glimt"
-    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    ask = "from glimt.kernel import cache_folder; print(cache_folder().name)"
+KERNEL_SOURCES = [*PACKAGE.glob("lanes/*.py"), *PACKAGE.glob("engines/cpu/kernels/[a-z]*.py"),
+                  *(PACKAGE / name for name in ("kernel.py", "layout.py", "packed/packed_scene.py", "bvh/wide.py",
+                                                "bvh/binned_sah.py", "io/obj_parser.py", "io/obj_kernels.py"))]
+OTHERS = ["scene/camera.py", "scene/mesh.py", "io/mtl.py"]
 
-    def name():
-        return subprocess.run([sys.executable, "-c", ask], env=os.environ | {"PYTHONPATH": str(tmp_path)},
-                              capture_output=True, text=True, check=True).stdout
+_KEYS = """
+import sys
+from pathlib import Path
+from glimt import kernel
+package = Path(kernel.__file__).parent
+print(kernel._cache_key())
+for name in sys.argv[1:]:
+    text = (package / name).read_bytes()
+    (package / name).write_bytes(text + b"# changed")
+    print(kernel._cache_key())
+    (package / name).write_bytes(text)
+print(kernel._cache_key())
+"""
 
-    before = name()
-    with open(copy / file, "a") as source:
-        source.write("\n# changed\n")
-    assert (name() != before) == changes
+
+def test_the_folder_is_named_after_every_kernel_source(tmp_path):
+    names = [path.relative_to(PACKAGE).as_posix() for path in KERNEL_SOURCES]
+    assert len(names) > 25
+    shutil.copytree(PACKAGE, tmp_path / "glimt", ignore=shutil.ignore_patterns("__pycache__"))
+    done = subprocess.run([sys.executable, "-c", _KEYS, *names, *OTHERS], capture_output=True, text=True, check=True,
+                          env=os.environ | {"PYTHONPATH": str(tmp_path)}, timeout=120)
+    before, *changed, after = done.stdout.split()
+    assert before == after
+    assert {name for name, key in zip([*names, *OTHERS], changed, strict=True) if key == before} == set(OTHERS)
+    assert len(set(changed)) == len(names) + 1
+
+
+def test_a_kernel_outside_the_package_is_compiled_anew_when_its_file_changes(program, tmp_path):
+    assert run(program, tmp_path)[1] == "6.0"
+    program.write_text(program.read_text().replace("2.0 * x", "4.0 * x"))
+    assert run(program, tmp_path)[1] == "12.0"
+
+
+def test_a_damaged_index_is_written_anew(program, tmp_path):
+    run(program, tmp_path)
+    for file in (tmp_path / "kernels").rglob("*.nbi"):
+        file.write_bytes(b"")
+    assert run(program, tmp_path)[1] == "6.0"
+    assert run(program, tmp_path)[:2] == ["True", "6.0"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no limit for the size of files")
+def test_a_full_disk_is_done_without(program, tmp_path):
+    program.write_text("import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
+                       + program.read_text())
+    assert run(program, tmp_path)[1] == "6.0"
 
 
 def test_old_caches_are_removed(tmp_path, monkeypatch):

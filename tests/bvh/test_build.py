@@ -48,7 +48,7 @@ def check(tree, lo, hi):
     assert (WIDTH - 1) * deepest + 1 <= STACK_SIZE
 
 
-@pytest.mark.parametrize("count", [0, 1, 2, 3, 4, 5, 8, 9, 33, 1000, 5000])
+@pytest.mark.parametrize("count", [0, 1, 2, 3, 4, 5, 8, 9, 33, 1000, 5000, 100_000])
 @pytest.mark.parametrize("leaf_size", [1, 4])
 def test_trees_of_all_sizes_are_complete(count, leaf_size):
     lo, hi = boxes(count)
@@ -74,6 +74,7 @@ ADVERSARIES = {
     "halving": np.repeat(2.0 ** -np.arange(120)[:, None] * np.ones(3), 50, 0),
     "doubling on one axis": np.repeat(2.0 ** np.arange(40)[:, None] * [1, 0, 0], 200, 0),
     "a line": np.arange(20_000)[:, None] * [1e-3, 0, 0],
+    "onions": np.zeros((300, 3)) + 2.0 ** -np.arange(300)[:, None] * [1, 1e-3, 1e-6],
     "two heaps": np.repeat([[0.0, 0, 0], [1e6, 0, 0]], 5000, 0),
     "one far away": np.concatenate([np.random.default_rng(0).random((9999, 3)) * 1e-6, [[1e14, 0, 0]]]),
 }
@@ -84,6 +85,12 @@ def test_adversaries_stay_shallow(name):
     centers = ADVERSARIES[name].astype(np.float32)
     tree = bvh.build(centers, centers, threads=2)
     check(tree, centers, centers)
+
+
+def test_long_thin_boxes_stay_shallow():
+    """Sorted slivers that overlap nearly all of each other, each a little longer than the one before."""
+    ends = np.linspace(1, 2, 20_000)[:, None] * [1, 1e-6, 1e-6]
+    check(bvh.build(-ends, ends), (-ends).astype(np.float32), ends.astype(np.float32))
 
 
 @pytest.mark.parametrize("count", [100, 4097, 50_000])
@@ -100,6 +107,24 @@ def test_nodes_start_on_a_cache_line():
     assert bvh.build(lo, hi).nodes.ctypes.data % 64 == 0
 
 
+def expected_cost(tree, node=0, lo=None, hi=None):
+    """Return the visits of nodes and tests of primitives that a ray through the box above a node brings about."""
+    sides = tree.nodes.reshape(-1, NODE.words)[node, :NODE.child].reshape(2, 3, WIDTH).astype(np.float64)
+    used = [k for k in range(WIDTH) if sides[0, 0, k] <= sides[1, 0, k]]
+    if lo is None:
+        lo, hi = sides[0][:, used].min(1), sides[1][:, used].max(1)
+    cost = 1.0
+    for k in used:
+        code = int(tree.nodes.view(np.int32)[node * NODE.words + NODE.child + k])
+        below = expected_cost(tree, code, sides[0, :, k], sides[1, :, k]) if code >= 0 else ~code % LEAF_STEP
+        cost += half_area(sides[1, :, k] - sides[0, :, k]) / half_area(hi - lo) * below
+    return cost
+
+
+def half_area(extent):
+    return extent[0] * extent[1] + extent[1] * extent[2] + extent[2] * extent[0]
+
+
 def test_stats_agree_with_a_recount():
     lo, hi = boxes(3000)
     tree = bvh.build(lo, hi)
@@ -110,7 +135,7 @@ def test_stats_agree_with_a_recount():
     assert stats.leaves == (used & (codes < 0)).sum() == len(tree.leaf_prims)
     assert stats.prims_per_leaf == pytest.approx(3000 / stats.leaves)
     assert stats.depth == tree.depth
-    assert 1 < stats.sah_cost < 3000
+    assert stats.sah_cost == pytest.approx(expected_cost(tree), rel=1e-6)
     assert stats.memory_bytes == tree.nodes.nbytes + tree.leaf_prims.nbytes
 
 

@@ -1,13 +1,13 @@
 """Hits and shadows against brute force in float64 (see `oracle` for its tolerance and the reason for it)."""
 
 import numpy as np
-import oracle
 import pytest
-import strategies
-import tracing
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import oracle
+import strategies
+import tracing
 from glimt import linalg
 from glimt.layout import MISS
 from glimt.packed import pack

@@ -63,6 +63,37 @@ def test_samples_that_are_not_finite_are_dropped_and_counted(scene):
     assert np.isfinite(film.sums).all()
 
 
+def test_samples_too_large_to_add_up_are_dropped_and_counted(scene):
+    """Each is finite, the sum of four would not be."""
+    scene.settings = glimt.RenderSettings(SIZE, SIZE, samples=2)
+    scene.settings.background = (2e38, 0.0, 0.0)
+    film = glimt.Renderer(glimt.Scene(settings=scene.settings)).render()
+    assert film.counters.non_finite == film.counters.primary
+    assert (film.sums == [0, 0, 0, 4]).all()
+
+
+def test_ctrl_c_while_work_is_handed_out_leaves_no_job_behind(scene, monkeypatch):
+    """Else it would take tiles away from the next film."""
+    scene.settings = glimt.RenderSettings(2048, 2048, samples=8)
+    renderer = glimt.Renderer(scene, threads=2)
+    pool = renderer._engine._pool
+    submit, jobs = pool.submit, []
+
+    def interrupted(*arguments):
+        if jobs:
+            raise KeyboardInterrupt
+        jobs.append(submit(*arguments))
+        return jobs[0]
+
+    with monkeypatch.context() as patched:
+        patched.setattr(pool, "submit", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            renderer.render()
+    assert jobs[0].done()
+    scene.settings = glimt.RenderSettings(SIZE, SIZE)
+    assert renderer.render().sums[..., 3].min() == 1
+
+
 def test_memory_does_not_grow_over_frames(scene):
     renderer = glimt.Renderer(scene)
 

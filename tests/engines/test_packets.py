@@ -1,13 +1,13 @@
 """A ray's hit is the same to the bit, whatever shares its packet."""
 
 import numpy as np
-import oracle
 import pytest
+from hypothesis import given, settings
+
+import oracle
 import shapes
 import strategies
 import tracing
-from hypothesis import given, settings
-
 from glimt import linalg
 from glimt.lanes import LANES
 from glimt.layout import MISS

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+
 import shapes
 import tracing
-
 from glimt import linalg
 from glimt.packed import pack
 from glimt.scene.instance import Instance

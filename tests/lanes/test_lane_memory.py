@@ -12,7 +12,6 @@ from glimt.lanes import (
     atomic_load,
     f32,
     gather,
-    gather3,
     gather_int,
     gather_pairs,
     i32,
@@ -49,7 +48,7 @@ def test_load_and_store_at_any_word():
 
 
 @compile_test
-def _gather(x, index, limit, out, ints, triples):
+def _gather(x, index, limit, out, ints):
     words, at = pointer(x), as_int(load(index, 0))
     chosen = lane_numbers() < limit
     store(out, 0, gather(words, at, chosen))
@@ -57,10 +56,6 @@ def _gather(x, index, limit, out, ints, triples):
     first, second = gather_pairs(words, at, chosen)
     store(ints, LANES, select(chosen, first, i32(0)))
     store(ints, 2 * LANES, select(chosen, second, i32(0)))
-    three = gather3(words, at, chosen)
-    store(triples, 0, three.x)
-    store(triples, LANES, three.y)
-    store(triples, 2 * LANES, three.z)
 
 
 def test_gathers_touch_only_their_lanes():
@@ -68,14 +63,13 @@ def test_gathers_touch_only_their_lanes():
     for limit in range(LANES + 1):
         index = np.random.default_rng(limit).integers(0, 97, LANES).astype(np.int32)
         index[limit:] = 2**30  # far outside: to read there would crash
-        out, ints, triples = np.empty(LANES, F), np.empty(3 * LANES, np.int32), np.empty(3 * LANES, F)
-        _gather(x, index.view(F), np.int32(limit), out, ints, triples)
+        out, ints = np.empty(LANES, F), np.empty(3 * LANES, np.int32)
+        _gather(x, index.view(F), np.int32(limit), out, ints)
         chosen = np.arange(LANES) < limit
         safe = np.where(chosen, index, 0)
         np.testing.assert_array_equal(out, np.where(chosen, x[safe], 0))
         np.testing.assert_array_equal(ints.view(F).reshape(3, LANES),
                                       [np.where(chosen, x[safe + k], 0) for k in (0, 0, 1)])
-        np.testing.assert_array_equal(triples.reshape(3, LANES), [np.where(chosen, x[safe + k], 0) for k in range(3)])
 
 
 @compile_test

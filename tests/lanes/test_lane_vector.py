@@ -7,7 +7,7 @@ from glimt.lanes import (
     LANES,
     cross,
     dot,
-    extract3,
+    extract,
     f32,
     lane_numbers,
     load,
@@ -44,7 +44,7 @@ def _vectors(words, out):
     _put(out, 6, cross(a, b))
     _put(out, 7, normalize(a))
     _put(out, 8, select3(half, a, b))
-    _put(out, 9, select3(half, f32(1.5), extract3(a, 2)))
+    _put(out, 9, select3(half, f32(1.5), vector3(extract(a.x, 2), extract(a.y, 2), extract(a.z, 2))))
     _put(out, 10, splat3(dot(a, b)))
     _put(out, 11, vector3(1, 2.5, load(words, 0)))
 

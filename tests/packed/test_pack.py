@@ -200,8 +200,11 @@ def test_view_record():
 
 
 def test_a_thousand_instances_cost_about_one_mesh():
-    rng = np.random.default_rng(1)
-    mesh = Mesh(rng.random((3000, 3)), rng.integers(0, 3000, (20000, 3)))
+    row, column = (part.ravel() for part in np.indices((100, 100)))
+    corner = row * 101 + column
+    points = np.concatenate([np.indices((101, 101)).reshape(2, -1), np.zeros((1, 101 * 101))]).T
+    mesh = Mesh(points, np.concatenate([np.column_stack([corner, corner + 1, corner + 101]),
+                                        np.column_stack([corner + 1, corner + 102, corner + 101])]))
     one = pack(Scene().add(mesh)).memory_bytes()
     scene = Scene().add(*[Instance(mesh, linalg.translation((k, 0, 0))) for k in range(1000)])
     packed = pack(scene)

@@ -41,3 +41,9 @@ def test_whole_floats_are_vertex_numbers_too():
 
 def test_a_mesh_may_be_empty():
     assert len(Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)).triangles) == 0
+
+
+def test_bounds_are_found_once():
+    """A thousand instances ask for them, and so does every frame without a camera."""
+    mesh = Mesh(CORNERS, [[0, 1, 2]])
+    assert mesh.bounds() is mesh.bounds()

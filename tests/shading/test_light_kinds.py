@@ -52,6 +52,14 @@ def test_spot_edge_stands_where_the_cone_meets_the_plane(outer):
     assert edge - distance[lit].max() < 2 / 129
 
 
+@pytest.mark.parametrize("outer", [0.1, 0.3, 1])
+def test_narrow_spots_are_as_bright_as_wide_ones(outer):
+    aimed = {"position": (0, 0, 1), "attenuation": (1, 0, 0), "inner_angle_deg": outer, "outer_angle_deg": outer}
+    assert pixel(plane(WHITE), SpotLight(direction=(0, 0, -1), **aimed), camera=facing()) == pytest.approx(1, rel=1e-5)
+    beside = np.tan(np.radians(2 * outer))
+    assert not pixel(plane(WHITE), SpotLight(direction=(beside, 0, -1), **aimed), camera=facing()).any()
+
+
 def test_spot_shines_through_its_own_side_only():
     light = SpotLight(position=(0, 0, 1), direction=(0, 0, 1), outer_angle_deg=90, inner_angle_deg=80)
     assert not picture(plane(WHITE), light, camera=facing(), size=(9, 9)).any()

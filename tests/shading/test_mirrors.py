@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pictures import facing, film, picture, pixel, plane, ray_directions, sphere_distance, unit
+from pictures import facing, film, normal_texture, picture, pixel, plane, ray_directions, sphere_distance, unit
 
 from glimt import Camera, DirectionalLight, Instance, Material, PointLight, Sphere, linalg
 
@@ -60,6 +60,32 @@ def test_a_turned_mirror_shows_what_lies_there(turn):
     np.testing.assert_allclose(pixel(mirror, target, camera=camera, ambient=1, max_bounces=1), A, rtol=1e-6)
     beside = Sphere(place + [0, 0.02, 0], 0.01, Material(ambient=A, diffuse=0))
     assert not pixel(mirror, beside, camera=camera, ambient=1, max_bounces=1).any()
+
+
+@pytest.mark.parametrize("tilted", [(0.2, 0, 1), (-0.3, 0.2, 1), (0, 0.55, 1)])
+def test_a_normal_map_turns_mirror_rays(tilted):
+    texture, ns = normal_texture(tilted)
+    mirrored = np.array([0, 0, -1]) + 2 * ns[2] * ns
+    assert mirrored[2] > 0.3
+    mirror = plane(Material(diffuse=0, reflectivity=1, normal_texture=texture))
+    target = Sphere(6 * mirrored, 0.01, Material(ambient=A, diffuse=0))
+    seen = pixel(mirror, target, camera=facing(), ambient=1, max_bounces=1)
+    np.testing.assert_allclose(seen, A, rtol=1e-6)
+
+
+def test_mirror_rays_never_go_below_the_surface():
+    """A normal that leans by 60° would send the line of sight into the wall: it grazes it instead."""
+    texture, ns = normal_texture((np.sqrt(3), 0, 1))
+    mirrored = np.array([0, 0, -1]) + 2 * ns[2] * ns
+    assert mirrored[2] < -0.4
+    grazing = [*mirrored[:2], 1e-3]
+    mirror = plane(Material(diffuse=0, reflectivity=1, normal_texture=texture))
+    below = Instance(plane(Material(ambient=1), half=90), linalg.translation((0, 0, -1)))
+    target = Sphere(np.multiply(90, grazing), 0.02, Material(ambient=B, diffuse=0))
+    camera = facing(3, 0.05)
+    seen = picture(mirror, below, camera=camera, size=(5, 5), ambient=1, background=A, max_bounces=1)
+    np.testing.assert_allclose(seen, np.broadcast_to(A, (5, 5, 3)), rtol=1e-6)
+    np.testing.assert_allclose(pixel(mirror, below, target, camera=camera, ambient=1, max_bounces=1), B, rtol=1e-6)
 
 
 def test_a_mirror_sphere_reflects_by_its_normal():

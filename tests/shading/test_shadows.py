@@ -75,6 +75,17 @@ def test_what_stands_behind_a_light_casts_no_shadow():
     assert not pixel(FLOOR, lid, light, camera=facing(0.5)).any()
 
 
+@pytest.mark.parametrize("height", [1.0, 1.1, 2.7])
+@pytest.mark.parametrize("shift", [0, 1 / 3, 7.7])
+def test_a_lamp_in_a_ceiling_lights_the_room(height, shift):
+    """The ceiling is neither in front of the lamp nor behind it: without a rule it would shadow some pixels."""
+    matrix = linalg.compose(linalg.translation((shift, 0, height)), linalg.rotation((0, 0, 1), 20))
+    lamp = PointLight(position=(0.2, 0.1, height), attenuation=(1, 0, 0))
+    camera = Camera((0, 0, height / 2), (0, 0, 0), fov_deg=90)
+    seen = picture(plane(Material(diffuse=1), half=9), Instance(plane(half=9), matrix), lamp, camera=camera, size=SIZE)
+    assert seen.min() > 0.3
+
+
 def test_lights_have_a_shadow_each():
     ball = Sphere((-1, 0.5, 1.5), 0.9, BLACK)
     camera = facing(30, 2.5)

@@ -63,12 +63,12 @@ from glimt.lanes.ops import (
     upper_half,
 )
 from glimt.lanes.types import LANES, f32, f32x8, i32, mask
-from glimt.lanes.vector import Vector3, cross, dot, extract3, gather3, normalize, scalar3, select3, splat3, vector3
+from glimt.lanes.vector import Vector3, cross, dot, normalize, scalar3, select3, splat3, vector3
 
 __all__ = [
     "LANES", "Vector3", "absolute", "all_lanes", "any_lane", "arccos", "arctan2", "as_float", "as_int", "atomic_add",
-    "atomic_load", "bits", "count_trailing_zeros", "cross", "difference", "dot", "exp2", "extract", "extract3", "f32",
-    "f32x8", "floor", "fma", "gather", "gather3", "gather_int", "gather_pairs", "highest", "i32", "interleave4",
+    "atomic_load", "bits", "count_trailing_zeros", "cross", "difference", "dot", "exp2", "extract", "f32",
+    "f32x8", "floor", "fma", "gather", "gather_int", "gather_pairs", "highest", "i32", "interleave4",
     "join", "lane_numbers", "load", "load4", "load8", "load_int", "log2", "lower_half", "lowest", "mask", "maximum",
     "minimum", "normalize", "pointer", "population_count", "power", "product", "reciprocal", "reciprocal_sqrt",
     "scalar", "scalar3", "scalar_int", "select", "select3", "splat3", "sqrt", "stack_floats", "stack_ints", "store",

@@ -8,8 +8,8 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, make_attribute_wrapper, models, register_model
 
 from glimt.kernel import inline
-from glimt.lanes.memory import broadcast_word, gather
-from glimt.lanes.ops import CONTRACT, extract, fma, reciprocal_sqrt
+from glimt.lanes.memory import broadcast_word
+from glimt.lanes.ops import CONTRACT, fma, reciprocal_sqrt
 from glimt.lanes.types import Lanes, as_lanes, lanes_type
 
 _F32 = lanes_type("f32")
@@ -130,16 +130,3 @@ def cross(a, b):
 def normalize(a):
     """Return a at unit length; the squares of its components must stay within float32."""
     return a * reciprocal_sqrt(dot(a, a))
-
-
-@inline
-def extract3(a, index):
-    """Return lane `index` in all lanes."""
-    return vector3(extract(a.x, index), extract(a.y, index), extract(a.z, index))
-
-
-@inline
-def gather3(words, index, condition):
-    """Return three consecutive words at `index` of each lane."""
-    return vector3(gather(words, index, condition), gather(words, index + 1, condition),
-                   gather(words, index + 2, condition))

@@ -203,7 +203,7 @@ def pack_lights(lights: list[Light], time: float = 0.0) -> NDArray[np.float32]:
             if isinstance(light, SpotLight):
                 inner, outer = light.cosines()
                 row["kind"], row["direction"] = SPOT_LIGHT, linalg.normalize(light.direction)
-                row["cone_scale"] = 1 / max(inner - outer, 1e-5)
+                row["cone_scale"] = 1 / max(inner - outer, 1e-6)
                 row["cone_offset"] = -outer * row["cone_scale"]
     return rows.view(np.float32)
 

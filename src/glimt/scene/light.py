@@ -83,7 +83,7 @@ class SpotLight(PointLight):
     def __post_init__(self) -> None:
         super().__post_init__()
         self.direction = checks.direction(self.owner, "direction", self.direction)
-        self.outer_angle_deg = checks.number(self.owner, "outer_angle_deg", self.outer_angle_deg, 0.01, 180)
+        self.outer_angle_deg = checks.number(self.owner, "outer_angle_deg", self.outer_angle_deg, 0.1, 180)
         self.inner_angle_deg = checks.number(self.owner, "inner_angle_deg", self.inner_angle_deg, 0,
                                              self.outer_angle_deg)
 

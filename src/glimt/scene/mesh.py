@@ -1,6 +1,7 @@
 """Triangles in object space."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +73,11 @@ class Mesh:
 
     def bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return (lo, hi) of the vertices that triangles use; (0, 0) for a mesh without triangles."""
+        return self._bounds
+
+    @cached_property
+    def _bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         if not len(self.triangles):
             return np.zeros(3, np.float32), np.zeros(3, np.float32)
-        corners = self.positions[np.unique(self.triangles)]
+        corners = self.positions[self.triangles.ravel()]
         return corners.min(0), corners.max(0)

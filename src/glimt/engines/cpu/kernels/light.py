@@ -10,6 +10,8 @@ from glimt.layout import DIRECTIONAL_LIGHT, LIGHT, SPOT_LIGHT
 
 _ENDLESS = np.float32(np.inf)
 _TINY = np.float32(1e-36)
+_SHORT_OF_LIGHT = np.float32(1 - 2.0**-16)
+"""Where a shadow ray ends on its way to a lamp: a surface that the lamp lies in does not shadow it."""
 
 
 class LightSample(NamedTuple):
@@ -50,4 +52,4 @@ def light_sample(scene, index, point, start):
                                                                                 record + LIGHT.cone_offset)
         cone = minimum(maximum(cone, 0.0), 1.0)
         attenuation = attenuation * cone * cone
-    return LightSample(wi, position - start, np.float32(1), attenuation)
+    return LightSample(wi, position - start, _SHORT_OF_LIGHT, attenuation)

@@ -1,10 +1,13 @@
 """Stage 5: pixel samples to pixels."""
 
+import numpy as np
+
 from glimt.engines.cpu.kernels.arrays import count
 from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH
 from glimt.kernel import inline
 from glimt.lanes import (
     LANES,
+    absolute,
     bits,
     extract,
     f32,
@@ -17,12 +20,15 @@ from glimt.lanes import (
 )
 from glimt.layout import COUNT_NON_FINITE
 
+_LARGEST = np.float32(1e34)
+"""Of samples below this, as many as a pixel may have still add up to a finite sum."""
+
 
 @inline
 def drop_non_finite(scene, radiance, active):
-    """Return radiance with samples that are not finite replaced by black, and count them."""
-    wrong = radiance - radiance  # NaN for NaN and infinity
-    finite = (wrong.x == 0.0) & (wrong.y == 0.0) & (wrong.z == 0.0)
+    """Return radiance with samples that are not finite, or would not add up, replaced by black, and count them."""
+    finite = ((absolute(radiance.x) < _LARGEST) & (absolute(radiance.y) < _LARGEST)
+              & (absolute(radiance.z) < _LARGEST))
     count(scene, COUNT_NON_FINITE, population_count(bits(active & ~finite)))
     return select3(finite, radiance, f32(0.0))
 
