@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+import closed_meshes
 import oracle
-import shapes
 import tracing
 from glimt import linalg, load
 from glimt.layout import MISS
@@ -24,7 +24,7 @@ Measured: 0 to 3, out of 1 to 9 that differ; in the others it is Embree that has
 @pytest.fixture(scope="module", params=["bunny", "made here"])
 def mesh(request):
     if request.param == "made here":
-        return shapes.icosphere(6, roughness=0.02)
+        return closed_meshes.icosphere(6, roughness=0.02)
     return load(request.getfixturevalue("real_scenes") / "stanford_bunny" / "stanford-bunny.obj").objects[0].mesh
 
 

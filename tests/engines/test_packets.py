@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+import closed_meshes
 import oracle
-import shapes
 import strategies
 import tracing
 from glimt import linalg
@@ -63,7 +63,7 @@ def test_nasty_rays_get_the_same_hit_in_any_company(scene, kinds, seed):
 def test_a_million_rays_get_the_same_hit_in_any_company(matrix):
     random = np.random.default_rng(3)
     matrix = strategies.MATRICES[matrix](random)
-    packed = pack(Scene().add(Instance(shapes.icosphere(6, roughness=0.1), matrix)))
+    packed = pack(Scene().add(Instance(closed_meshes.icosphere(6, roughness=0.1), matrix)))
     origins = linalg.transform_points(matrix, random.uniform(-1.5, 1.5, (333_333, 3))).astype(np.float32)
     targets = linalg.transform_points(matrix, random.uniform(-1, 1, (333_333, 3)))
     assert not different(packed, origins, (targets - origins).astype(np.float32)).any()
@@ -71,8 +71,8 @@ def test_a_million_rays_get_the_same_hit_in_any_company(matrix):
 
 def test_rays_from_one_point_get_the_hit_of_rays_from_anywhere():
     random = np.random.default_rng(4)
-    packed = pack(Scene().add(Instance(shapes.icosphere(5, roughness=0.1), strategies.MATRICES["turned"](random)),
-                              Sphere((2, 0, 0), 0.5)))
+    ball = Instance(closed_meshes.icosphere(5, roughness=0.1), strategies.MATRICES["turned"](random))
+    packed = pack(Scene().add(ball, Sphere((2, 0, 0), 0.5)))
     origin, directions = np.float32([4, 1, 2]), -np.float32([4, 1, 2]) + random.uniform(-1.2, 1.2, (100_000, 3))
     directions = directions.astype(np.float32)
     together = tracing.closest(packed, origin, directions)
@@ -108,7 +108,7 @@ def test_of_coincident_instances_the_first_is_hit(matrix):
     random = np.random.default_rng(6)
     matrix = strategies.MATRICES[matrix](random)
     mesh, first = tied(random)
-    elsewhere = Instance(shapes.icosphere(1), linalg.translation((9, 9, 9)))
+    elsewhere = Instance(closed_meshes.icosphere(1), linalg.translation((9, 9, 9)))
     scene = Scene().add(elsewhere, *[Instance(mesh, matrix) for _ in range(20)], *[Sphere((0, 0, 0), 0.1)] * 3)
     origins = linalg.transform_points(matrix, random.normal(size=(50_000, 3)))
     hits = tracing.closest(pack(scene), origins, random.normal(size=(50_000, 3)))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import shapes
+import closed_meshes
 import tracing
 from glimt import linalg
 from glimt.packed import pack
@@ -22,8 +22,8 @@ MATRICES = {"modelled there": linalg.identity(), "far away": FAR_AWAY}
 @pytest.fixture(scope="module", params=["sphere", "torus"])
 def mesh(request):
     """Thousands of triangles without any symmetry left."""
-    return (shapes.icosphere(4, roughness=0.04) if request.param == "sphere" else
-            shapes.torus(64, 32, jitter=0.01))
+    return (closed_meshes.icosphere(4, roughness=0.04) if request.param == "sphere" else
+            closed_meshes.torus(64, 32, jitter=0.01))
 
 
 def inner_points(mesh, random, count):
@@ -61,7 +61,7 @@ def test_random_rays_do_not_escape(mesh, place):
 def test_rays_at_vertices_and_edges_do_not_escape(mesh, place):
     """At each vertex and at the middle of each edge, as exactly as float32 can aim: 1 million in all."""
     matrix, random = MATRICES[place], np.random.default_rng(6)
-    middles = mesh.positions[shapes.edges(mesh)].mean(1, dtype=np.float64)
+    middles = mesh.positions[closed_meshes.edges(mesh)].mean(1, dtype=np.float64)
     targets = np.concatenate([mesh.positions, middles])
     targets = np.tile(targets, (125_000 // len(targets) + 1, 1))
     for origin in (linalg.transform_points(matrix, inner_points(mesh, random, len(targets))),
@@ -73,7 +73,7 @@ def test_rays_at_vertices_and_edges_do_not_escape(mesh, place):
 
 @pytest.mark.parametrize("scale", [1e-12, 1e-3, 1.0, 1e5, 1e12])
 def test_size_does_not_matter(scale):
-    mesh, random = shapes.icosphere(3, roughness=0.04), np.random.default_rng(7)
+    mesh, random = closed_meshes.icosphere(3, roughness=0.04), np.random.default_rng(7)
     for packed in (placed(mesh, linalg.scaling(scale)),
                    pack(Scene().add(type(mesh)(mesh.positions * np.float64(scale), mesh.triangles)))):
         origins = inner_points(mesh, random, 50_000) * scale
@@ -83,7 +83,7 @@ def test_size_does_not_matter(scale):
 
 def test_rays_in_coordinate_planes_do_not_escape_a_symmetric_mesh():
     """Vertices, edges and sides of boxes lie in the planes x = 0, y = 0 and z = 0, and so do the rays."""
-    mesh, random = shapes.icosphere(4), np.random.default_rng(8)
+    mesh, random = closed_meshes.icosphere(4), np.random.default_rng(8)
     origins = random.uniform(-0.5, 0.5, (100_000, 3)) * random.integers(0, 2, (100_000, 3))
     directions = random.standard_normal((100_000, 3)) * random.integers(0, 2, (100_000, 3))
     directions[~directions.any(1), 0] = -1
