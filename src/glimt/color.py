@@ -54,25 +54,24 @@ def develop(radiance: NDArray[np.float32], exposure: float = 0.0, tone_curve: To
         raise GlimtError(f"tone curve is {tone_curve!r}, expected 'clamp' or 'filmic'")
     image = np.empty((*radiance.shape[:2], 3), np.uint8)
     scale = np.float32(2.0 ** min(max(exposure, -100.0), 25.0))
-    _develop(np.ascontiguousarray(radiance, np.float32), scale, tone_curve == "filmic", _SRGB_CODES, image)
+    _develop(np.ascontiguousarray(radiance, np.float32).ravel(), radiance.shape[2], scale, tone_curve == "filmic",
+             _SRGB_CODES, image.ravel())
     return image
 
 
 @kernel
-def _develop(radiance, scale, is_filmic, codes, image):  # type: ignore[no-untyped-def]
-    """Develop row by row through a table of sRGB codes."""
+def _develop(radiance, parts, scale, is_filmic, codes, image):  # type: ignore[no-untyped-def]
+    """Develop pixels of `parts` floats each through a table of sRGB codes."""
     one, zero, last = np.float32(1), np.float32(0), np.float32(len(codes) - 1)
-    height, width, parts = radiance.shape
-    for y in range(height):
-        for x in range(width):
-            samples = radiance[y, x, 3] if parts > 3 else one
-            factor = scale / samples if samples > zero else zero
-            for k in range(3):
-                value = radiance[y, x, k] * factor
-                value = min(value, np.float32(1e4)) if value > zero else zero  # NaN is black
-                if is_filmic:
-                    value = filmic(value)
-                image[y, x, k] = codes[np.int32(min(value, one) * last + np.float32(0.5))]
+    for pixel in range(len(image) // 3):
+        samples = radiance[parts * pixel + 3] if parts > 3 else one
+        factor = scale / samples if samples > zero else zero
+        for k in range(3):
+            value = radiance[parts * pixel + k] * factor
+            value = min(value, np.float32(1e4)) if value > zero else zero  # NaN is black
+            if is_filmic:
+                value = filmic(value)
+            image[3 * pixel + k] = codes[np.uint32(min(value, one) * last + np.float32(0.5))]
 
 
 # Codes for 65,536 steps of linear light: at the dark end one code spans 20 steps, so the table is right to a step.
