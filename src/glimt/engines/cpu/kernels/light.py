@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from glimt.kernel import inline
-from glimt.lanes import dot, f32, maximum, minimum, reciprocal_sqrt, scalar, scalar3, scalar_int, splat3
+from glimt.lanes import dot, f32, maximum, minimum, reciprocal, reciprocal_sqrt, scalar, scalar3, scalar_int, splat3
 from glimt.layout import DIRECTIONAL_LIGHT, LIGHT, SPOT_LIGHT
 
 _ENDLESS = np.float32(np.inf)
@@ -45,7 +45,7 @@ def light_sample(scene, index, point, start):
     x = squared * inverse * scalar(scene.lights, record + LIGHT.inverse_radius)
     at = record + LIGHT.attenuation
     polynomial = scalar(scene.lights, at) + x * (scalar(scene.lights, at + 1) + x * scalar(scene.lights, at + 2))
-    attenuation = 1.0 / maximum(polynomial, _TINY)
+    attenuation = reciprocal(maximum(polynomial, _TINY))
     if kind == SPOT_LIGHT:
         cosine = f32(0.0) - dot(wi, scalar3(scene.lights, record + LIGHT.direction))
         cone = cosine * scalar(scene.lights, record + LIGHT.cone_scale) + scalar(scene.lights,

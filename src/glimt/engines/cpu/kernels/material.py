@@ -17,6 +17,7 @@ from glimt.lanes import (
     maximum,
     normalize,
     power,
+    reciprocal,
     reciprocal_sqrt,
     scalar,
     scalar3,
@@ -72,7 +73,7 @@ def material_at(scene, surface, found, direction, cone_width):
     ambient, diffuse, specular, ns = zero, zero, zero, surface.ns
     exponent, reflectivity = f32(1.0), f32(0.0)
     cosine = maximum(absolute(dot(surface.ng, direction)), _GRAZING)
-    footprint = cone_width * surface.texcoord_density * reciprocal_sqrt(cosine)
+    footprint = cone_width * cone_width * surface.texcoord_density * reciprocal(cosine)
     todo = bits(found)
     while todo:
         index = extract(surface.material, count_trailing_zeros(todo))

@@ -7,7 +7,7 @@ from glimt.engines.cpu.kernels.light import light_sample
 from glimt.engines.cpu.kernels.material import material_eval
 from glimt.engines.cpu.kernels.traverse import occluded
 from glimt.kernel import inline, routine
-from glimt.lanes import any_lane, bits, dot, f32, maximum, population_count, scalar3, select, select3
+from glimt.lanes import any_lane, bits, dot, f32, maximum, population_count, reciprocal, scalar3, select, select3
 from glimt.layout import COUNT_SHADOW, LIGHT, VIEW
 
 
@@ -19,7 +19,7 @@ def terminator(ng, ns, wi):
     where the geometric one turns away, instead of a hard edge.
     """
     agreement = maximum(dot(ns, wi) * dot(ng, ns), np.float32(1e-6))
-    g = dot(ng, wi) / agreement
+    g = dot(ng, wi) * reciprocal(agreement)
     soft = ((1.0 - g) * g + 1.0) * g
     return select(g >= 1.0, f32(1.0), select(g > 0.0, soft, 0.0))
 

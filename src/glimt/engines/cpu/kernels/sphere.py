@@ -2,7 +2,7 @@
 
 from glimt.engines.cpu.kernels.hit import block, closer, replace
 from glimt.kernel import inline
-from glimt.lanes import any_lane, dot, f32, maximum, scalar, scalar3, select, sqrt
+from glimt.lanes import any_lane, dot, f32, maximum, reciprocal, scalar, scalar3, select, sqrt
 from glimt.layout import INSTANCE
 
 
@@ -15,13 +15,13 @@ def sphere_hit(scene, inst, record, rays, hit, occlusion):
     """
     radius = scalar(scene.instances, record + INSTANCE.radius)
     to_center = scalar3(scene.instances, record + INSTANCE.center) - rays.origin
-    squared = dot(rays.direction, rays.direction)
-    nearest = dot(to_center, rays.direction) / squared
+    inverse = reciprocal(dot(rays.direction, rays.direction))
+    nearest = dot(to_center, rays.direction) * inverse
     beside = to_center - rays.direction * nearest
     discriminant = radius * radius - dot(beside, beside)
     met = (discriminant >= 0.0) & (hit.t > 0.0)
     if any_lane(met):
-        half_chord = sqrt(maximum(discriminant, 0.0) / squared)
+        half_chord = sqrt(maximum(discriminant, 0.0) * inverse)
         enter = nearest - half_chord
         t = select(enter > 0.0, enter, nearest + half_chord)
         if occlusion:

@@ -7,6 +7,7 @@ import numpy as np
 from glimt.kernel import inline, routine
 from glimt.lanes import (
     absolute,
+    all_lanes,
     arccos,
     arctan2,
     bits,
@@ -19,6 +20,7 @@ from glimt.lanes import (
     i32,
     maximum,
     normalize,
+    reciprocal,
     reciprocal_sqrt,
     scalar,
     scalar3,
@@ -39,7 +41,7 @@ class Surface(NamedTuple):
     """A surface point for each lane, in world space.
 
     point, offset: the position, and how far above it (along ng) rays may start; ng, ns: unit geometric and shading
-    normals on the viewer's side; texcoord_u, texcoord_v; texcoord_density: texcoord units per metre; tangent,
+    normals on the viewer's side; texcoord_u, texcoord_v; texcoord_density: texcoord area per square metre; tangent,
     bitangent, normal: the frame of the normal map as it was modelled (normal not yet turned to the viewer);
     has_tangent: 1 where there is one; material: index.
     """
@@ -76,6 +78,18 @@ def _normal_to_world(scene, record, n):
 
 
 @inline
+def _largest(v):
+    """Return the largest component by size."""
+    return maximum(absolute(v.x), maximum(absolute(v.y), absolute(v.z)))
+
+
+@inline
+def _rescaled(v):
+    """Return v with a largest component of 1, so that its square stays within float32 at any scale."""
+    return v * reciprocal(maximum(_largest(v), _TINY))
+
+
+@inline
 def _blend(a, b, c, hit):
     """Return the interpolation of three corners' values by barycentrics."""
     return a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v
@@ -106,9 +120,11 @@ def _mesh_surface(scene, record, hit, prim, direction):
         point = _to_world(scene, record, point, np.float32(1))
         edge1 = _to_world(scene, record, edge1, np.float32(0))
         edge2 = _to_world(scene, record, edge2, np.float32(0))
-    facing = cross(edge1, edge2)
-    doubled_area = sqrt(dot(facing, facing))
-    ng = facing * (1.0 / maximum(doubled_area, _TINY))
+    size = maximum(_largest(edge1), _largest(edge2))
+    per_size = reciprocal(maximum(size, _TINY))  # so that squares of areas stay within float32 at any scale
+    facing = cross(edge1 * per_size, edge2 * per_size)
+    per_area = reciprocal_sqrt(maximum(dot(facing, facing), _TINY))
+    ng = facing * per_area
     ng = ng * select(dot(ng, direction) > 0.0, f32(-1.0), 1.0)
 
     # Shading normal, as modelled.
@@ -116,7 +132,7 @@ def _mesh_surface(scene, record, hit, prim, direction):
     if scalar_int(scene.instances, record + INSTANCE.flat) == 0:
         normal = _vertex3(scene, VERTEX.normal, a, b, c, hit)
         if placed:
-            normal = _normal_to_world(scene, record, normal)
+            normal = _rescaled(_normal_to_world(scene, record, normal))
         squared = dot(normal, normal)
         normal = select3(squared > _TINY, normal * reciprocal_sqrt(maximum(squared, _TINY)), ng)
 
@@ -128,7 +144,7 @@ def _mesh_surface(scene, record, hit, prim, direction):
     texcoord_u = fma(hit.u, ub - ua, fma(hit.v, uc - ua, f32(ua)))
     texcoord_v = fma(hit.u, vb - va, fma(hit.v, vc - va, f32(va)))
     texcoord_area = absolute(f32((ub - ua) * (vc - va) - (uc - ua) * (vb - va)))
-    density = sqrt(texcoord_area / maximum(doubled_area, _TINY))
+    density = texcoord_area * per_area * per_size * per_size
 
     # Tangent frame, built in object space so that a mirrored instance mirrors it.
     shift = scalar_int(scene.instances, record + INSTANCE.tangent_shift)
@@ -141,8 +157,8 @@ def _mesh_surface(scene, record, hit, prim, direction):
         modelled = _vertex3(scene, VERTEX.normal, a, b, c, hit)
         bitangent = cross(modelled, tangent) * scalar(scene.tangents, (vertex_a + shift) * TANGENT.words + TANGENT.sign)
         if placed:
-            tangent = _to_world(scene, record, tangent, np.float32(0))
-            bitangent = _to_world(scene, record, bitangent, np.float32(0))
+            tangent = _rescaled(_to_world(scene, record, tangent, np.float32(0)))
+            bitangent = _rescaled(_to_world(scene, record, bitangent, np.float32(0)))
         tangent = tangent * reciprocal_sqrt(maximum(dot(tangent, tangent), _TINY))
         bitangent = bitangent * reciprocal_sqrt(maximum(dot(bitangent, bitangent), _TINY))
         has_tangent = np.float32(1)
@@ -170,7 +186,7 @@ def _sphere_surface(scene, record, point, direction):
         texcoord_u = arctan2(-normal.z, normal.x) * (np.float32(1) / _TWO_PI) + 0.5
         texcoord_v = arccos(normal.y) * (np.float32(1) / _PI)
         around = sqrt(maximum(1.0 - normal.y * normal.y, np.float32(1e-6)))
-        density = reciprocal_sqrt(around * (_TWO_PI * _PI * radius * radius))
+        density = reciprocal(around * (_TWO_PI * _PI * radius * radius))
         tangent = vector3(normal.z, 0.0, -normal.x) * (1.0 / around)
         bitangent = cross(normal, tangent)
     return Surface(center + normal * radius, f32(0.0), ng, normal, texcoord_u, texcoord_v, density, tangent,
@@ -208,9 +224,10 @@ def surface_at(scene, hit, found, origin, direction):
         else:
             here = _mesh_surface(scene, record, hit, np.int64(prim), direction)
         p = here.point
-        reach = maximum(absolute(p.x), maximum(absolute(p.y), absolute(p.z)))
-        offset = (reach + scalar(scene.instances, record + INSTANCE.extent)) * OFFSET_ERROR
-        result = _merge(same, Surface(p, offset, here.ng, here.ns, here.texcoord_u, here.texcoord_v,
-                                      here.texcoord_density, here.tangent, here.bitangent, here.normal,
-                                      here.has_tangent, here.material), result)
+        offset = (_largest(p) + scalar(scene.instances, record + INSTANCE.extent)) * OFFSET_ERROR
+        here = Surface(p, offset, here.ng, here.ns, here.texcoord_u, here.texcoord_v, here.texcoord_density,
+                       here.tangent, here.bitangent, here.normal, here.has_tangent, here.material)
+        if all_lanes(same | ~found):  # the whole packet sees one primitive
+            return here
+        result = _merge(same, here, result)
     return result

@@ -94,7 +94,7 @@ def _bilinear(scene, lanes, level, u, v, clamp, squared):
 def sample_texture(scene, texture, lanes, texcoord_u, texcoord_v, footprint, is_color):
     """Return the texture with record index `texture` (the same for all lanes) as values 0..1.
 
-    `footprint` is the width of a pixel on the surface in texcoord units. The level is the one where that is a texel,
+    `footprint` is the area of a pixel on the surface in texcoord units. The level is the one where that is a texel's,
     after Akenine-Möller et al., "Improved shader and texture level of detail using ray cones" (2021).
     """
     record = np.int64(texture) * TEXTURE.words
@@ -116,7 +116,7 @@ def sample_texture(scene, texture, lanes, texcoord_u, texcoord_v, footprint, is_
     at = np.int64(first) * LEVEL.words
     texels = (np.float32(scalar_int(scene.levels, at + LEVEL.width)) * abs(scale_u)
               * np.float32(scalar_int(scene.levels, at + LEVEL.height)) * abs(scale_v))
-    detail = log2(maximum(footprint * footprint * texels, 1.0)) * 0.5
+    detail = log2(maximum(footprint * texels, 1.0)) * 0.5
     detail = minimum(maximum(detail, 0.0), np.float32(last))
     lower = floor(detail)
     weight = detail - lower
