@@ -47,7 +47,7 @@ def picture(scene):
     return glimt.render(scaled(scene, 1.0)).astype(int)
 
 
-@pytest.mark.parametrize("factor", [1e-3, 0.37, 1e5])
+@pytest.mark.parametrize("factor", [1e-12, 1e-3, 0.37, 1e5, 1e14])
 def test_size_does_not_matter(scene, picture, factor):
     difference = np.abs(glimt.render(scaled(scene, factor)).astype(int) - picture).max(-1)
     assert (difference > 2).mean() <= 0.001
