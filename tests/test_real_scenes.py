@@ -1,0 +1,30 @@
+"""Every OBJ file of the real scenes becomes a picture."""
+
+import dataclasses
+import warnings
+
+import numpy as np
+import pytest
+
+import glimt
+from conftest import SCENES
+
+FILES = sorted(path.relative_to(SCENES).as_posix() for path in SCENES.rglob("*.obj"))
+
+
+@pytest.mark.parametrize("name", FILES or ["none"])
+def test_a_real_file_renders(real_scenes, name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", glimt.GlimtWarning)  # test_obj_real says which are expected
+        scene = glimt.load(real_scenes / name)
+        scene.settings = dataclasses.replace(scene.settings, width=96, height=72, samples=2, max_bounces=2)
+        film = glimt.Renderer(scene).render()
+    assert film.counters.non_finite == 0
+    assert np.isfinite(film.sums).all()
+    background = np.asarray(scene.settings.background, np.float32)
+    shown = (np.abs(film.radiance - background) > 1e-3).any(-1)
+    assert shown.mean() > 0.02  # the object is in the picture
+
+
+def test_there_are_real_files(real_scenes):
+    assert len(FILES) >= 20
