@@ -2,13 +2,14 @@
 
 import dataclasses
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import glimt
-from conftest import SCENES
 
+SCENES = Path(__file__).resolve().parents[2] / "shared" / "scenes"
 FILES = sorted(path.relative_to(SCENES).as_posix() for path in SCENES.rglob("*.obj"))
 
 
