@@ -54,7 +54,6 @@ class Renderer:
                  progress: Progress | None = None) -> None:
         self.scene = scene
         self._engine = get_engine(engine, threads)
-        self._threads = threads
         self._engine.prepare(progress)
         self.update(progress)
 
@@ -62,8 +61,7 @@ class Renderer:
         """Take over changed objects and materials; trees of meshes that are already known are kept."""
         if progress:
             progress("building trees", 0.0)
-        threads = getattr(self._engine, "threads", 1)
-        self._packed = pack(self.scene, threads=threads)
+        self._packed = pack(self.scene, threads=self._engine.threads)
 
     def render(self, time: float = 0.0, progress: Progress | None = None, film: Film | None = None) -> Film:
         """Render the scene with lights as they stand at `time` seconds; `film` is one that may be written over."""

@@ -15,7 +15,9 @@ Progress = Callable[[str, float], None]
 
 
 class Engine(Protocol):
-    """Renders packed scenes."""
+    """Renders packed scenes; `threads` is how many the host may use for it."""
+
+    threads: int
 
     def prepare(self, progress: Progress | None = None) -> None:
         """Make everything ready that does not depend on a scene, kernels above all."""

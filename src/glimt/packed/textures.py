@@ -69,10 +69,8 @@ class TexturePacker:
 def pyramid(texture: Texture, use: Use) -> list[NDArray[np.int32]]:
     """Return the texels of all levels, (h, w) each, halving down to one texel."""
     height = len(texture.pixels)
-    bands = [_decode(texture, start, min(start + _BAND, height)) for start in range(0, height, _BAND)] \
-        if height <= _BAND else None
-    if bands:
-        level = bands[0]
+    if height <= _BAND:
+        level = _decode(texture, 0, height)
         levels = [_encode(level, use)]
     else:
         levels = [np.concatenate([_encode(_decode(texture, start, min(start + _BAND, height)), use)

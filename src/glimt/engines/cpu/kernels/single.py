@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from glimt.engines.cpu.kernels.hit import DONE, Hit
+from glimt.engines.cpu.kernels.stack import push_sorted
 from glimt.engines.cpu.kernels.triangle import within
 from glimt.kernel import inline
 from glimt.lanes import (
@@ -157,13 +158,8 @@ def _walk(scene, root, inst, ray, t, u, v, prim, hit_inst, occlusion):
             while found:
                 k = np.int64(count_trailing_zeros(found))
                 found &= found - 1
-                distance, place = scalar(entries, k), size
-                while place > bottom and scalar(distances, place - 1) < distance:
-                    store_scalar(distances, place, scalar(distances, place - 1))
-                    store_scalar(stack, place, scalar_int(stack, place - 1))
-                    place -= 1
-                store_scalar(distances, place, distance)
-                store_scalar(stack, place, scalar_int(nodes, base + NODE.child + k))
+                push_sorted(stack, distances, bottom, size, scalar(entries, k),
+                            scalar_int(nodes, base + NODE.child + k))
                 size += 1
         else:
             t, u, v, prim, hit_inst = _leaf(scene, inst, ~code, ray, t, u, v, prim, hit_inst, occlusion)

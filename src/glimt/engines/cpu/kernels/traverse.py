@@ -6,6 +6,7 @@ from glimt.engines.cpu.kernels.hit import FAR, no_hit
 from glimt.engines.cpu.kernels.packet import fill_idle, set_up
 from glimt.engines.cpu.kernels.single import walk_each
 from glimt.engines.cpu.kernels.sphere import sphere_hit
+from glimt.engines.cpu.kernels.stack import push, push_sorted
 from glimt.engines.cpu.kernels.triangle import triangle_leaf
 from glimt.kernel import inline, routine
 from glimt.lanes import (
@@ -24,7 +25,6 @@ from glimt.lanes import (
     stack_floats,
     stack_ints,
     store8,
-    store_scalar,
     vector3,
 )
 from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, INSTANCE, INSTANCE_BLOCK, LEAF_STEP, NODE, SPHERE_KIND
@@ -83,15 +83,11 @@ def _walk_with(leaf):
                     k = np.int64(count_trailing_zeros(candidates))
                     candidates &= candidates - 1
                     if any_lane(_overlaps(nodes, base + k, rays, hit.t)):
-                        # Insert so that the nearest is on top.
-                        distance, place = scalar(entries, k), size
-                        if not occlusion:
-                            while place > bottom and scalar(distances, place - 1) < distance:
-                                store_scalar(distances, place, scalar(distances, place - 1))
-                                store_scalar(stack, place, scalar_int(stack, place - 1))
-                                place -= 1
-                        store_scalar(distances, place, distance)
-                        store_scalar(stack, place, scalar_int(nodes, base + NODE.child + k))
+                        distance, child = scalar(entries, k), scalar_int(nodes, base + NODE.child + k)
+                        if occlusion:
+                            push(stack, distances, size, distance, child)
+                        else:
+                            push_sorted(stack, distances, bottom, size, distance, child)
                         size += 1
                 if size > bottom:
                     size -= 1
