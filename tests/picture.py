@@ -10,6 +10,7 @@ import oracle
 import strategies
 import tracing
 from glimt import load
+from glimt.lanes import LANES
 from glimt.packed import pack
 from glimt.renderer import Renderer
 from glimt.scene.instance import Instance
@@ -37,7 +38,7 @@ def main(path):
     room = load(Path(__file__).resolve().parents[1] / "examples" / "stone_room.toml")
     room.settings = replace(room.settings, width=97, height=61, samples=2, max_bounces=3)
     film = Renderer(room).render()
-    np.savez(path, lanes=tracing.LANES, radiance=film.radiance, wrong_hits=wrong_hits, wrong_shadows=wrong_shadows)
+    np.savez(path, lanes=LANES, radiance=film.radiance, wrong_hits=wrong_hits, wrong_shadows=wrong_shadows)
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ import llvmlite.binding
 import numba
 import platformdirs
 from numba.core import caching, config
+from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
@@ -151,6 +152,57 @@ def kernel(function: Callable[..., Any]) -> Any:
         dispatcher._cache = _Cache(function)
     KERNELS.append(dispatcher)
     return dispatcher
+
+
+class SharedKernel:
+    """A kernel that others call by its symbol: compiled once for all of them, and beside them when the cache is cold.
+
+    Parameters
+    ----------
+    function : callable
+        Takes scalars and pointers, returns an int32.
+    kinds : Numba types
+        Of its arguments.
+    """
+
+    def __init__(self, function: Callable[..., Any], kinds: tuple[Any, ...]) -> None:
+        self.py_func = function
+        self.symbol = f"glimt_{function.__name__}"
+        self.external = numba.types.ExternalFunction(self.symbol, numba.types.int32(*kinds))
+        self._compiled = CFunc(function, (kinds, numba.types.int32), {}, dict(_OPTIONS))
+        with contextlib.suppress(RuntimeError):
+            self._compiled._cache = _Cache(function)
+        self._registered = False
+
+    @property
+    def overloads(self) -> tuple[Any, ...]:
+        """What there is of it in this process, as for other kernels."""
+        return (self._compiled,) if self._registered else ()
+
+    @global_compiler_lock
+    def register(self) -> None:
+        """Make the symbol known, compiling the kernel if this machine has not done so yet."""
+        if not self._registered:
+            self._compiled.compile()
+            llvmlite.binding.add_symbol(self.symbol, self._compiled.address)
+            self._registered = True
+
+
+def calls(*shared: SharedKernel) -> Callable[[Any], Any]:
+    """Decorate a kernel that calls shared ones: their symbols must be known before its machine code is."""
+    def decorate(dispatcher: Any) -> Any:
+        compile_kernel = dispatcher.compile
+
+        @functools.wraps(compile_kernel)
+        def compile_after(signature: Any) -> Any:
+            for other in shared:
+                other.register()
+            return compile_kernel(signature)
+
+        dispatcher.compile = compile_after
+        return dispatcher
+
+    return decorate
 
 
 def is_ready(dispatcher: Any) -> bool:

@@ -47,7 +47,7 @@ def test_ray_sets_are_what_they_say():
     packed = pack(Scene().add(mesh))
     sets = {ray_set.kind: ray_set for ray_set in rays.ray_sets(mesh, packed, 64)}
     primary = sets["primary"].rays
-    assert primary.shape == (6, 64 * 64)
+    assert primary.shape == (7, 64 * 64)
     np.testing.assert_allclose(np.linalg.norm(primary[3:], axis=0), 1, atol=1e-6)
     assert (primary[:3] == primary[:3, :1]).all()
     assert len(np.unique(primary[3:].T, axis=0)) == 64 * 64  # every pixel once

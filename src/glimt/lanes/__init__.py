@@ -16,6 +16,7 @@ from glimt.lanes.math import arccos, arctan2, exp2, log2, power
 from glimt.lanes.memory import (
     atomic_add,
     atomic_load,
+    compress_store,
     gather,
     gather_int,
     gather_pairs,
@@ -24,10 +25,12 @@ from glimt.lanes.memory import (
     load8,
     load_int,
     pointer,
+    prefetch,
     scalar,
     scalar_int,
     stack_floats,
     stack_ints,
+    stack_longs,
     store,
     store8,
     store_scalar,
@@ -44,6 +47,7 @@ from glimt.lanes.ops import (
     extract,
     floor,
     fma,
+    from_bits,
     highest,
     interleave4,
     join,
@@ -63,14 +67,15 @@ from glimt.lanes.ops import (
     upper_half,
 )
 from glimt.lanes.types import LANES, f32, f32x8, i32, mask
-from glimt.lanes.vector import Vector3, cross, dot, normalize, scalar3, select3, splat3, vector3
+from glimt.lanes.vector import Vector3, cross, dot, load3, normalize, scalar3, select3, splat3, store3, vector3
 
 __all__ = [
     "LANES", "Vector3", "absolute", "all_lanes", "any_lane", "arccos", "arctan2", "as_float", "as_int", "atomic_add",
-    "atomic_load", "bits", "count_trailing_zeros", "cross", "difference", "dot", "exp2", "extract", "f32",
-    "f32x8", "floor", "fma", "gather", "gather_int", "gather_pairs", "highest", "i32", "interleave4",
-    "join", "lane_numbers", "load", "load4", "load8", "load_int", "log2", "lower_half", "lowest", "mask", "maximum",
-    "minimum", "normalize", "pointer", "population_count", "power", "product", "reciprocal", "reciprocal_sqrt",
-    "scalar", "scalar3", "scalar_int", "select", "select3", "splat3", "sqrt", "stack_floats", "stack_ints", "store",
-    "store8", "store_scalar", "to_float", "to_int", "upper_half", "vector3",
+    "atomic_load", "bits", "compress_store", "count_trailing_zeros", "cross", "difference", "dot", "exp2", "extract",
+    "f32", "f32x8", "floor", "fma", "from_bits", "gather", "gather_int", "gather_pairs", "highest", "i32",
+    "interleave4", "join", "lane_numbers", "load", "load3", "load4", "load8", "load_int", "log2", "lower_half",
+    "lowest", "mask", "maximum", "minimum", "normalize", "pointer", "population_count", "power", "prefetch", "product",
+    "reciprocal", "reciprocal_sqrt", "scalar", "scalar3", "scalar_int", "select", "select3", "splat3", "sqrt",
+    "stack_floats", "stack_ints", "stack_longs", "store", "store3", "store8", "store_scalar", "to_float", "to_int",
+    "upper_half", "vector3",
 ]

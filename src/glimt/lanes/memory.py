@@ -88,6 +88,32 @@ def _storer():
 store = store8 = _storer()
 
 
+@intrinsic
+def prefetch(typing_context, words, index):
+    """Begin to bring the cache line of a word nearer."""
+    def emit(context, builder, sig, args):
+        address = _address(context, builder, sig, args)
+        function = ir.FunctionType(ir.VoidType(), [address.type, INT32, INT32, INT32])
+        builder.call(cgutils.get_or_insert_function(builder.module, function, "llvm.prefetch.p0"),
+                     [address, INT32(0), INT32(3), INT32(1)])
+        return context.get_dummy_value()
+
+    return types.void(words, index), emit
+
+
+@intrinsic
+def compress_store(typing_context, words, index, value, condition):
+    """Write the lanes of a condition side by side."""
+    def emit(context, builder, sig, args):
+        address, value = _address(context, builder, sig, args), args[2]
+        function = ir.FunctionType(ir.VoidType(), [value.type, address.type, args[3].type])
+        name = f"llvm.masked.compressstore.{suffix(sig.args[2])}"
+        builder.call(cgutils.get_or_insert_function(builder.module, function, name), [value, address, args[3]])
+        return context.get_dummy_value()
+
+    return types.void(words, index, value, condition), emit
+
+
 class _VectorAddress(ir.instructions.GEPInstr):
     """Base pointer and <N x i32> index → <N x ptr>; llvmlite's own gep types scalar indices only."""
 
@@ -163,7 +189,7 @@ def _stack(dtype):
     return allocate
 
 
-stack_floats, stack_ints = _stack(types.float32), _stack(types.int32)
+stack_floats, stack_ints, stack_longs = _stack(types.float32), _stack(types.int32), _stack(types.int64)
 """Uninitialised memory of a literal number of words that lives as long as the call."""
 
 

@@ -208,6 +208,18 @@ def bits(typing_context, lanes):
     return types.int32(lanes), emit
 
 
+@intrinsic
+def from_bits(typing_context, number):
+    """Return the mask whose lanes are the lowest bits of an int32."""
+    lanes = lanes_type("mask")
+
+    def emit(context, builder, sig, args):
+        word = context.cast(builder, args[0], sig.args[0], types.int32)
+        return builder.bitcast(builder.trunc(word, ir.IntType(lanes.count)), lanes.register)
+
+    return lanes(number), emit
+
+
 def _quantifier(sign, value):
     @intrinsic
     def quantify(typing_context, lanes):
@@ -255,19 +267,24 @@ def lane_numbers(typing_context):
     return lanes(), lambda context, builder, sig, args: ir.Constant(lanes.register, list(range(lanes.count)))
 
 
-@intrinsic
-def count_trailing_zeros(typing_context, x):
-    """Return the number of the lowest bit set in an int32 that is not 0."""
-    def emit(context, builder, sig, args):
-        return call(builder, "llvm.cttz.i32", INT32, [args[0], ir.IntType(1)(1)])
+def _bit_count(name, *flags):
+    @intrinsic
+    def count_bits(typing_context, x):
+        kind = types.int64 if x == types.int64 else types.int32
 
-    return types.int32(types.int32), emit
+        def emit(context, builder, sig, args):
+            register = ir.IntType(kind.bitwidth)
+            return call(builder, f"llvm.{name}.i{kind.bitwidth}", register, [args[0], *flags])
+
+        return kind(kind), emit
+
+    return count_bits
 
 
-@intrinsic
-def population_count(typing_context, x):
-    """Return how many bits of an int32 are set."""
-    return types.int32(types.int32), lambda context, builder, sig, args: call(builder, "llvm.ctpop.i32", INT32, args)
+count_trailing_zeros = _bit_count("cttz", ir.IntType(1)(1))
+"""The number of the lowest bit set in an int32 or int64 that is not 0."""
+population_count = _bit_count("ctpop")
+"""How many bits of an int32 or int64 are set."""
 
 
 def _half(which):

@@ -8,7 +8,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, make_attribute_wrapper, models, register_model
 
 from glimt.kernel import inline
-from glimt.lanes.memory import broadcast_word
+from glimt.lanes.memory import broadcast_word, load, store
 from glimt.lanes.ops import CONTRACT, fma, reciprocal_sqrt
 from glimt.lanes.types import Lanes, as_lanes, lanes_type
 
@@ -106,6 +106,20 @@ def _operator(symbol, emit_one):
 _operator(operator.add, lambda b, x, y: b.fadd(x, y, flags=CONTRACT))
 _operator(operator.sub, lambda b, x, y: b.fsub(x, y, flags=CONTRACT))
 _operator(operator.mul, lambda b, x, y: b.fmul(x, y, flags=CONTRACT))
+
+
+@inline
+def load3(words, index, stride):
+    """Return the vector whose components lie `stride` words apart."""
+    return vector3(load(words, index), load(words, index + stride), load(words, index + 2 * stride))
+
+
+@inline
+def store3(words, index, stride, v):
+    """Write a vector so that `load3` finds it."""
+    store(words, index, v.x)
+    store(words, index + stride, v.y)
+    store(words, index + 2 * stride, v.z)
 
 
 @inline

@@ -20,6 +20,7 @@ from glimt.packed import PackedScene
 
 _POLL_SECONDS = 0.1
 _MOST_THREADS = 1024
+_NOTHING = np.zeros((3, 7, 0), np.float32)
 
 
 def available_threads() -> int:
@@ -68,7 +69,7 @@ class CpuEngine:
         try:  # awake for Ctrl-C; whatever happens, no job outlives this call
             for own in counters:
                 jobs.append(self._pool.submit(render_tiles, self._scene, self._light_count, view, sums, samples,
-                                              max_bounces, control, own))
+                                              max_bounces, control, own, _NOTHING))
             while wait(jobs, _POLL_SECONDS).not_done:
                 if progress:
                     progress("rendering", min(1.0, control[NEXT_TILE] / tiles))

@@ -48,7 +48,8 @@ def compile_frame(progress: Progress) -> None:
         nodes, empty = bvh.build(none, none).nodes, np.zeros(64, np.float32)
         scene = PackedScene(nodes, empty, nodes, *[empty] * 10)
         view, film = np.zeros(VIEW.words, np.float32), np.zeros((1, 1, 4), np.float32)
-        render_tiles(scene, 0, view, film, 1, 0, np.zeros(16, np.int64), np.zeros(16, np.int64))
+        render_tiles(scene, 0, view, film, 1, 0, np.zeros(16, np.int64), np.zeros(16, np.int64),
+                     np.zeros((3, 7, 0), np.float32))
 
 
 def report_frame() -> None:

@@ -2,12 +2,26 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
+from glimt.engines.cpu.kernels.block import HIT, RAY, SLOTS
 from glimt.kernel import inline
-from glimt.lanes import pointer
+from glimt.lanes import (
+    LANES,
+    bits,
+    compress_store,
+    count_trailing_zeros,
+    load,
+    pointer,
+    population_count,
+)
 
 
 class Arrays(NamedTuple):
-    """Pointers to the arrays of a `PackedScene`, to its view, and to this thread's counters."""
+    """Pointers to the arrays of a `PackedScene`, to its view, and to this thread's counters.
+
+    recorded, room: where rays are written, and how many of each kind there is room for.
+    """
 
     tlas_nodes: object
     tlas_blocks: object
@@ -25,19 +39,38 @@ class Arrays(NamedTuple):
     light_count: object
     view_words: object
     counters: object
+    recorded: object
+    room: object
 
 
 @inline
-def arrays(scene, light_count, view, counters):
+def arrays(scene, light_count, view, counters, recorded):
     """Return the pointers: cheap to pass down, without reference counts."""
     return Arrays(pointer(scene.tlas_nodes), pointer(scene.tlas_blocks), pointer(scene.blas_nodes),
                   pointer(scene.blas_blocks), pointer(scene.instances), pointer(scene.triangles),
                   pointer(scene.vertices), pointer(scene.tangents), pointer(scene.materials),
                   pointer(scene.textures), pointer(scene.levels), pointer(scene.texels), pointer(scene.lights),
-                  light_count, pointer(view), pointer(counters))
+                  light_count, pointer(view), pointer(counters), pointer(recorded), recorded.shape[2])
 
 
 @inline
 def count(scene, which, number):
     """Add to one of this thread's counters."""
     scene.counters[which] += number
+
+
+@inline
+def count_rays(scene, which, rays, hits, packets):
+    """Count the rays of some packets of a block that are about to be traced, and record them when that is wished."""
+    while packets:
+        slot = np.int64(count_trailing_zeros(packets)) * LANES
+        packets &= packets - 1
+        t_max = load(hits, HIT.t + slot)
+        asked = t_max > 0.0
+        place, number = scene.counters[which], population_count(bits(asked))
+        scene.counters[which] = place + number
+        if place + number <= scene.room:
+            at = 7 * which * scene.room + place
+            for k in range(6):
+                compress_store(scene.recorded, at + k * scene.room, load(rays, RAY.origin + k * SLOTS + slot), asked)
+            compress_store(scene.recorded, at + 6 * scene.room, t_max, asked)

@@ -2,28 +2,48 @@
 
 import numpy as np
 
+from glimt.engines.cpu.kernels.block import PACKETS, PATH, RAY, SLOTS
 from glimt.engines.cpu.kernels.camera import camera_ray
 from glimt.kernel import inline
-from glimt.lanes import LANES, lane_numbers, to_float
+from glimt.lanes import LANES, any_lane, bits, f32, lane_numbers, store, store3, store_scalar, to_float
 
-BLOCK_WIDTH = 2 if LANES == 4 else 4
-BLOCK_HEIGHT = LANES // BLOCK_WIDTH
-"""A packet is a block of pixels: 4×4, 4×2 or 2×2."""
+PACKET_WIDTH = 2 if LANES == 4 else 4
+PACKET_HEIGHT = LANES // PACKET_WIDTH
+"""A packet is 4×4, 4×2 or 2×2 pixels."""
+BLOCK_WIDTH, BLOCK_HEIGHT = 2 * PACKET_WIDTH, PACKETS // 2 * PACKET_HEIGHT
 
-_COLUMN_BITS = np.int32(BLOCK_WIDTH - 1)
-_ROW_SHIFT = np.int32(BLOCK_WIDTH.bit_length() - 1)
+_COLUMN_BITS = np.int32(PACKET_WIDTH - 1)
+_ROW_SHIFT = np.int32(PACKET_WIDTH.bit_length() - 1)
 
 
 @inline
-def block_pixels(x, y):
-    """Return the (column, row) of each lane for the block whose first pixel is (x, y)."""
+def packet_pixels(k, x, y):
+    """Return the (column, row) of each lane of packet k of the block whose first pixel is (x, y)."""
     lanes = lane_numbers()
-    return (lanes & _COLUMN_BITS) + np.int32(x), (lanes >> _ROW_SHIFT) + np.int32(y)
+    return ((lanes & _COLUMN_BITS) + np.int32(x + k % 2 * PACKET_WIDTH),
+            (lanes >> _ROW_SHIFT) + np.int32(y + k // 2 * PACKET_HEIGHT))
 
 
 @inline
-def create_rays(scene, columns, rows, shift_x, shift_y, width, height):
-    """Return (origin, direction) of rays through points of pixels, shifts counted in pixels from their corner."""
-    x = (to_float(columns) + shift_x) * (np.float32(2) / np.float32(width)) - 1.0
-    y = 1.0 - (to_float(rows) + shift_y) * (np.float32(2) / np.float32(height))
-    return camera_ray(scene, x, y)
+def create_rays(scene, block, x, y, shift_x, shift_y, width, height):
+    """Write rays through the pixels of the block at (x, y), shifts counted in pixels from their corner.
+
+    Return the packets that have a pixel in the picture.
+    """
+    packets = np.int32(0)
+    for k in range(PACKETS):
+        slot = np.int64(k * LANES)
+        columns, rows = packet_pixels(k, x, y)
+        inside = (columns < np.int32(width)) & (rows < np.int32(height))
+        store_scalar(block.active, k, bits(inside))
+        if any_lane(inside):
+            packets |= np.int32(1) << np.int32(k)
+        u = (to_float(columns) + shift_x) * (np.float32(2) / np.float32(width)) - 1.0
+        v = 1.0 - (to_float(rows) + shift_y) * (np.float32(2) / np.float32(height))
+        origin, direction = camera_ray(scene, u, v)
+        store3(block.rays, RAY.origin + slot, SLOTS, origin)
+        store3(block.rays, RAY.direction + slot, SLOTS, direction)
+        store(block.paths, PATH.pixel + slot, lane_numbers() + np.int32(slot))
+        store(block.paths, PATH.throughput + slot, f32(1.0))
+        store(block.paths, PATH.travelled + slot, f32(0.0))
+    return packets

@@ -3,19 +3,22 @@
 import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import arrays
-from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, block_pixels, create_rays
+from glimt.engines.cpu.kernels.block import PACKETS, SUM_WORDS, new_block
+from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, create_rays
 from glimt.engines.cpu.kernels.radiance import radiance
-from glimt.engines.cpu.kernels.resolve import drop_non_finite, resolve
-from glimt.kernel import kernel
-from glimt.lanes import atomic_add, atomic_load, f32, scalar, splat3
+from glimt.engines.cpu.kernels.resolve import add_finite, begin_pixels, resolve
+from glimt.engines.cpu.kernels.traverse import TRACE
+from glimt.kernel import calls, kernel
+from glimt.lanes import atomic_add, atomic_load, scalar, scalar_int, stack_floats, stack_ints, store_scalar
 from glimt.layout import CANCEL, NEXT_TILE, VIEW
 
 TILE = 16
 """Pixels along a tile's side: a unit of work, and what one thread alone writes to."""
 
 
+@calls(TRACE)
 @kernel
-def render_tiles(scene, light_count, view, film, samples, max_bounces, control, counters):
+def render_tiles(scene, light_count, view, film, samples, max_bounces, control, counters, recorded):
     """Render tiles until none is left or another thread asks to stop.
 
     Parameters
@@ -30,8 +33,11 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
         Shared by all threads: the next tile's number, and the flag to stop.
     counters : int64 array
         This thread's own.
+    recorded : (3, 7, n) float32
+        Receives up to n primary, shadow and mirror rays each: origin, direction, how far they look. For one thread.
     """
-    here = arrays(scene, light_count, view, counters)
+    here = arrays(scene, light_count, view, counters, recorded)
+    block, totals, inside = new_block(), stack_floats(SUM_WORDS), stack_ints(PACKETS)
     height, width = film.shape[0], film.shape[1]
     across = (width + TILE - 1) // TILE
     tiles = across * ((height + TILE - 1) // TILE)
@@ -44,15 +50,16 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
         left, top = (tile % across) * TILE, (tile // across) * TILE
         for y in range(top, min(top + TILE, height), BLOCK_HEIGHT):
             for x in range(left, min(left + TILE, width), BLOCK_WIDTH):
-                columns, rows = block_pixels(x, y)
-                inside = (columns < np.int32(width)) & (rows < np.int32(height))
-                sums = splat3(f32(0.0))
+                begin_pixels(totals)
                 for sample in range(samples * samples):
                     if atomic_load(control, CANCEL) != 0:
                         return
                     shift_x = (np.float32(sample % samples) + np.float32(0.5)) * step
                     shift_y = (np.float32(sample // samples) + np.float32(0.5)) * step
-                    origin, direction = create_rays(here, columns, rows, shift_x, shift_y, width, height)
-                    light = radiance(here, origin, direction, spread, inside, max_bounces)
-                    sums = sums + drop_non_finite(here, light, inside)
-                resolve(film, sums, np.float32(samples * samples), x, y)
+                    packets = create_rays(here, block, x, y, shift_x, shift_y, width, height)
+                    begin_pixels(block.sums)
+                    for k in range(PACKETS):
+                        store_scalar(inside, k, scalar_int(block.active, k))
+                    radiance(here, block, packets, spread, max_bounces)
+                    add_finite(here, totals, block.sums, inside)
+                resolve(film, totals, np.float32(samples * samples), x, y)

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from glimt.engines.cpu.kernels.block import HIT
 from glimt.kernel import inline
-from glimt.lanes import f32, i32, select
+from glimt.lanes import f32, i32, load, load_int, select, store
 from glimt.layout import MISS
 
 FAR = np.float32(np.inf)
@@ -26,7 +27,7 @@ class Hit(NamedTuple):
 @inline
 def no_hit(active, t_max):
     """Return the Hit to start with: lanes of `active` look as far as t_max."""
-    return Hit(select(active, f32(t_max), DONE), f32(0.0), f32(0.0), i32(MISS), i32(MISS))
+    return Hit(select(active, t_max, f32(DONE)), f32(0.0), f32(0.0), i32(MISS), i32(MISS))
 
 
 @inline
@@ -50,3 +51,20 @@ def replace(hit, lanes, t, u, v, prim, inst):
 def block(hit, lanes):
     """Return `hit` with a shadow ray's answer in `lanes`: something is in the way."""
     return Hit(select(lanes, DONE, hit.t), hit.u, hit.v, hit.prim, hit.inst)
+
+
+@inline
+def hit_at(words, slot):
+    """Return the hits of a packet of a HIT block."""
+    return Hit(load(words, HIT.t + slot), load(words, HIT.u + slot), load(words, HIT.v + slot),
+               load_int(words, HIT.prim + slot), load_int(words, HIT.inst + slot))
+
+
+@inline
+def store_hit(words, slot, hit):
+    """Write the hits of a packet to its slots of a HIT block."""
+    store(words, HIT.t + slot, hit.t)
+    store(words, HIT.u + slot, hit.u)
+    store(words, HIT.v + slot, hit.v)
+    store(words, HIT.prim + slot, hit.prim)
+    store(words, HIT.inst + slot, hit.inst)

@@ -1,12 +1,29 @@
 """Stage 2: rays to hits."""
 
-from glimt.engines.cpu.kernels.traverse import closest_hit
+from glimt.engines.cpu.kernels.arrays import count_rays
+from glimt.engines.cpu.kernels.block import RAY, SLOTS, first_slot, lanes_of
+from glimt.engines.cpu.kernels.hit import FAR, no_hit, store_hit
+from glimt.engines.cpu.kernels.packet import fill_idle, set_up
+from glimt.engines.cpu.kernels.traverse import NO_FLAGS, SHARED_ORIGIN, trace
 from glimt.kernel import inline
-from glimt.layout import MISS
+from glimt.lanes import load3
+from glimt.layout import COUNT_MIRROR, COUNT_PRIMARY
 
 
 @inline
-def intersect(scene, origin, direction, active, shared_origin):
-    """Return (hit, lanes that hit something)."""
-    hit = closest_hit(scene, origin, direction, active, shared_origin)
-    return hit, active & (hit.inst != MISS)
+def intersect(scene, block, packets, from_camera):
+    """Find what the rays of some packets hit."""
+    todo = packets
+    while todo:
+        slot = first_slot(todo)
+        todo &= todo - 1
+        active = lanes_of(block.active, slot)
+        origin = load3(block.rays, RAY.origin + slot, SLOTS)
+        direction = load3(block.rays, RAY.direction + slot, SLOTS)
+        set_up(block.rays, slot, fill_idle(active, origin), fill_idle(active, direction))
+        store_hit(block.hits, slot, no_hit(active, FAR))
+    which, flags = COUNT_MIRROR, NO_FLAGS
+    if from_camera:
+        which, flags = COUNT_PRIMARY, SHARED_ORIGIN
+    count_rays(scene, which, block.rays, block.hits, packets)
+    trace(scene, block.rays, block.local, block.hits, flags, packets)

@@ -14,6 +14,7 @@ _SHORT_OF_LIGHT = np.float32(1 - 2.0**-16)
 """Where a shadow ray ends on its way to a lamp: a surface that the lamp lies in does not shadow it."""
 
 
+
 class LightSample(NamedTuple):
     """Light from one light.
 
@@ -36,7 +37,7 @@ def light_sample(scene, index, point, start):
     kind = scalar_int(scene.lights, record + LIGHT.kind)
     if kind == DIRECTIONAL_LIGHT:
         wi = splat3(f32(0.0)) - scalar3(scene.lights, record + LIGHT.direction)
-        return LightSample(wi, wi, _ENDLESS, f32(1.0))
+        return LightSample(wi, wi, f32(_ENDLESS), f32(1.0))
     position = scalar3(scene.lights, record + LIGHT.position)
     to_light = position - point
     squared = maximum(dot(to_light, to_light), _TINY)
@@ -52,4 +53,4 @@ def light_sample(scene, index, point, start):
                                                                                 record + LIGHT.cone_offset)
         cone = minimum(maximum(cone, 0.0), 1.0)
         attenuation = attenuation * cone * cone
-    return LightSample(wi, position - start, _SHORT_OF_LIGHT, attenuation)
+    return LightSample(wi, position - start, f32(_SHORT_OF_LIGHT), attenuation)

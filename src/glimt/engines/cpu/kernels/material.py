@@ -103,11 +103,11 @@ def material_at(scene, surface, found, direction, cone_width):
 
 
 @inline
-def material_eval(material, wo, wi, cosine):
+def material_eval(diffuse, specular, exponent, ns, wo, wi, cosine):
     """Return (diffuse, specular) reflected towards wo of light from wi, the cosine of incidence included in the first.
 
     Phong's model with Blinn's halfway vector, "Models of light reflection for computer synthesized pictures" (1977).
     """
     halfway = normalize(wi + wo)
-    highlight = power(maximum(dot(material.ns, halfway), np.float32(1e-6)), material.exponent)
-    return material.diffuse * cosine, material.specular * highlight
+    highlight = power(maximum(dot(ns, halfway), np.float32(1e-6)), exponent)
+    return diffuse * cosine, specular * highlight

@@ -1,9 +1,9 @@
-"""A packet of rays, set up for boxes and for triangles in one space.
+"""Packets of rays, set up for boxes and for triangles in one space.
 
 For boxes: planes are reached at ``plane * inverse + add``, where `near_add` and `far_add` are ``-origin * inverse``
 moved apart by more than the rounding error of the origin (of its largest coordinate, since matrices mix them), so that
 a box is never missed (after Ize, "Robust BVH ray traversal", 2013, with an absolute bound instead of a factor). The
-interval of the whole packet answers for eight boxes at once.
+interval of one or more packets answers for eight boxes at once.
 
 For triangles: the shear that turns the ray into the z axis (Woop, Benthin, Wald, "Watertight ray/triangle
 intersection", 2013).
@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from glimt.kernel import inline
+from glimt.engines.cpu.kernels.block import RAY, SLOTS
+from glimt.kernel import inline, routine
 from glimt.lanes import (
     LANES,
     absolute,
@@ -23,10 +24,18 @@ from glimt.lanes import (
     count_trailing_zeros,
     extract,
     highest,
+    i32,
+    load,
+    load3,
+    load_int,
     lowest,
     maximum,
+    minimum,
     reciprocal,
+    scalar_int,
     select,
+    store,
+    store3,
     vector3,
 )
 from glimt.layout import NODE
@@ -35,14 +44,29 @@ _SMALLEST = np.float32(2.0**-60)
 """The least component of a direction as a share of its greatest."""
 _TINY = np.float32(1e-36)
 _ROUNDING = np.float32(16 * 2.0**-24)
-_ALL_LANES = np.int32((1 << LANES) - 1)
 _HUGE = np.float32(3e38)
-ANY_AXIS = 3
+ANY_AXIS = np.int32(3)
 """`axis` of a packet whose rays have different longest axes."""
 
 
+class Rays(NamedTuple):
+    """A packet of rays in one space, in registers; `t` means the same in all spaces."""
+
+    origin: object
+    direction: object
+    inverse: object
+    near_add: object
+    far_add: object
+    mixed_pad: object
+    axis: object
+    longest_x: object
+    longest_y: object
+    shear: object
+    shear_origin: object
+
+
 class Slab(NamedTuple):
-    """One axis of a packet: the word offset of the plane it meets first, and the interval's terms."""
+    """One axis of an interval: the word offset of the plane its rays meet first, and the terms of both planes."""
 
     near_plane: object
     near_factor: object
@@ -52,47 +76,14 @@ class Slab(NamedTuple):
     mixed: object
 
 
-class Rays(NamedTuple):
-    """Rays of a packet in one space; `t` means the same in all spaces."""
+class Interval(NamedTuple):
+    """What holds all rays of some packets; `mixed`: on some axis they differ in sign; `incoherent`: on every axis."""
 
-    origin: object
-    direction: object
-    inverse: object
-    near_add: object
-    far_add: object
     slab_x: object
     slab_y: object
     slab_z: object
     mixed: object
     incoherent: object
-    mixed_pad: object
-    axis: object
-    longest_x: object
-    longest_y: object
-    shear: object
-    shear_origin: object
-    shared_origin: object
-
-
-@inline
-def _slab(direction, origin, inverse, error, shared_origin, lo_plane, hi_plane):
-    """Return the Slab of one axis; where directions differ in sign it lets everything pass.
-
-    `error` is the greatest of the packet's rounding errors of origins.
-    """
-    zero = np.float32(0)
-    signs = bits(direction >= 0.0)
-    if signs != 0 and signs != _ALL_LANES:
-        return Slab(lo_plane, zero, zero, zero, _HUGE, True)
-    lowest_origin, highest_origin = extract(origin, 0), extract(origin, 0)
-    if not shared_origin:
-        lowest_origin, highest_origin = lowest(origin), highest(origin)
-    near, far, near_plane = lowest(inverse), highest(inverse), lo_plane
-    pad = max(abs(near), abs(far)) * error
-    if signs == 0:
-        near, far, lowest_origin, highest_origin = far, near, highest_origin, lowest_origin
-        near_plane = hi_plane
-    return Slab(near_plane, near, -highest_origin * near - pad, far, -lowest_origin * far + pad, False)
 
 
 @inline
@@ -110,8 +101,8 @@ def permute(longest_x, longest_y, v):
 
 
 @inline
-def set_up(origin, direction, shared_origin):
-    """Return the Rays of a packet; every lane must hold a ray, `shared_origin` says that all start in one point."""
+def set_up(words, slot, origin, direction):
+    """Write the rays of a packet to its slots of a RAY block; every lane must hold a ray."""
     d = direction
     ax, ay, az = absolute(d.x), absolute(d.y), absolute(d.z)
     least = maximum(maximum(ax, maximum(ay, az)) * _SMALLEST, _TINY)
@@ -119,28 +110,95 @@ def set_up(origin, direction, shared_origin):
     add = vector3(-origin.x * inverse.x, -origin.y * inverse.y, -origin.z * inverse.z)
     error = maximum(absolute(origin.x), maximum(absolute(origin.y), absolute(origin.z))) * _ROUNDING
     pad = vector3(absolute(inverse.x) * error, absolute(inverse.y) * error, absolute(inverse.z) * error)
-    greatest = extract(error, 0) if shared_origin else highest(error)
-    slab_x = _slab(d.x, origin.x, inverse.x, greatest, shared_origin, NODE.lo_x, NODE.hi_x)
-    slab_y = _slab(d.y, origin.y, inverse.y, greatest, shared_origin, NODE.lo_y, NODE.hi_y)
-    slab_z = _slab(d.z, origin.z, inverse.z, greatest, shared_origin, NODE.lo_z, NODE.hi_z)
+    store3(words, RAY.origin + slot, SLOTS, origin)
+    store3(words, RAY.direction + slot, SLOTS, direction)
+    store3(words, RAY.inverse + slot, SLOTS, inverse)
+    store3(words, RAY.near_add + slot, SLOTS, add - pad)
+    store3(words, RAY.far_add + slot, SLOTS, add + pad)
+    store(words, RAY.error + slot, error)
+    store(words, RAY.mixed_pad + slot, maximum(pad.x, maximum(pad.y, pad.z)) * 2.0)
 
     # Shear along the longest axis of each ray, always the same one for the same ray.
     longest_x = (ax > ay) & (ax > az)
     longest_y = (ay >= ax) & (ay > az)
     axis = ANY_AXIS
     if all_lanes(longest_x):
-        axis = 0
+        axis = np.int32(0)
     elif all_lanes(longest_y):
-        axis = 1
+        axis = np.int32(1)
     elif not any_lane(longest_x | longest_y):
-        axis = 2
+        axis = np.int32(2)
     turned = permute(longest_x, longest_y, d)
     depth = reciprocal(turned.z)
-    shear = vector3(turned.x * depth, turned.y * depth, depth)
-    return Rays(origin, d, inverse, add - pad, add + pad, slab_x, slab_y, slab_z,
-                slab_x.mixed or slab_y.mixed or slab_z.mixed, slab_x.mixed and slab_y.mixed and slab_z.mixed,
-                maximum(pad.x, maximum(pad.y, pad.z)) * 2.0, axis, longest_x, longest_y, shear,
-                permute(longest_x, longest_y, origin), shared_origin)
+    store3(words, RAY.shear + slot, SLOTS, vector3(turned.x * depth, turned.y * depth, depth))
+    store3(words, RAY.shear_origin + slot, SLOTS, permute(longest_x, longest_y, origin))
+    store(words, RAY.longest + slot, select(longest_x, i32(0), select(longest_y, i32(1), 2)))
+    store(words, RAY.axis + slot, i32(axis))
+
+
+@inline
+def rays_at(words, slot):
+    """Return the rays of a packet; what is not used of them is not loaded."""
+    longest = load_int(words, RAY.longest + slot)
+    return Rays(load3(words, RAY.origin + slot, SLOTS), load3(words, RAY.direction + slot, SLOTS),
+                load3(words, RAY.inverse + slot, SLOTS), load3(words, RAY.near_add + slot, SLOTS),
+                load3(words, RAY.far_add + slot, SLOTS), load(words, RAY.mixed_pad + slot),
+                scalar_int(words, RAY.axis + slot), longest == 0, longest == 1,
+                load3(words, RAY.shear + slot, SLOTS), load3(words, RAY.shear_origin + slot, SLOTS))
+
+
+@inline
+def _slab(low_inverse, high_inverse, low_origin, high_origin, error, lo_plane, hi_plane):
+    """Return the Slab of one axis from bounds of its rays; where directions differ in sign it lets everything pass."""
+    near, far = lowest(low_inverse), highest(high_inverse)
+    if near < 0 and far > 0:
+        zero = np.float32(0)
+        return Slab(lo_plane, zero, zero, zero, _HUGE, True)
+    pad = max(abs(near), abs(far)) * error
+    if far < 0:
+        return Slab(hi_plane, far, -low_origin * far - pad, near, -high_origin * near + pad, False)
+    return Slab(lo_plane, near, -high_origin * near - pad, far, -low_origin * far + pad, False)
+
+
+@inline
+def _least(a, b):
+    return vector3(minimum(a.x, b.x), minimum(a.y, b.y), minimum(a.z, b.z))
+
+
+@inline
+def _greatest(a, b):
+    return vector3(maximum(a.x, b.x), maximum(a.y, b.y), maximum(a.z, b.z))
+
+
+@routine
+def interval(words, packets, shared_origin):
+    """Return the Interval of some packets of a RAY block; `shared_origin`: all start in one point."""
+    slot = np.int64(count_trailing_zeros(packets)) * LANES
+    low = high = load3(words, RAY.inverse + slot, SLOTS)
+    low_origin = high_origin = load3(words, RAY.origin + slot, SLOTS)
+    error = load(words, RAY.error + slot)
+    others = packets & (packets - 1)
+    while others:
+        slot = np.int64(count_trailing_zeros(others)) * LANES
+        others &= others - 1
+        inverse = load3(words, RAY.inverse + slot, SLOTS)
+        low, high = _least(low, inverse), _greatest(high, inverse)
+        if not shared_origin:
+            origin = load3(words, RAY.origin + slot, SLOTS)
+            low_origin, high_origin = _least(low_origin, origin), _greatest(high_origin, origin)
+            error = maximum(error, load(words, RAY.error + slot))
+    x0 = x1 = extract(low_origin.x, 0)
+    y0 = y1 = extract(low_origin.y, 0)
+    z0 = z1 = extract(low_origin.z, 0)
+    worst = extract(error, 0)
+    if not shared_origin:
+        x0, y0, z0 = lowest(low_origin.x), lowest(low_origin.y), lowest(low_origin.z)
+        x1, y1, z1 = highest(high_origin.x), highest(high_origin.y), highest(high_origin.z)
+        worst = highest(error)
+    x = _slab(low.x, high.x, x0, x1, worst, NODE.lo_x, NODE.hi_x)
+    y = _slab(low.y, high.y, y0, y1, worst, NODE.lo_y, NODE.hi_y)
+    z = _slab(low.z, high.z, z0, z1, worst, NODE.lo_z, NODE.hi_z)
+    return Interval(x, y, z, x.mixed or y.mixed or z.mixed, x.mixed and y.mixed and z.mixed)
 
 
 @inline

@@ -3,53 +3,92 @@
 import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import arrays
-from glimt.engines.cpu.kernels.traverse import closest_hit, occluded
-from glimt.kernel import inline, kernel
-from glimt.lanes import LANES, atomic_add, i32, load, mask, select, store, vector3
+from glimt.engines.cpu.kernels.block import HIT, HIT_WORDS, RAY_WORDS, SLOTS
+from glimt.engines.cpu.kernels.hit import hit_at, no_hit, store_hit
+from glimt.engines.cpu.kernels.packet import fill_idle, set_up
+from glimt.engines.cpu.kernels.traverse import NO_FLAGS, OCCLUSION, SHARED_ORIGIN, TRACE, trace
+from glimt.kernel import calls, inline, kernel
+from glimt.lanes import LANES, any_lane, atomic_add, f32, load, select, stack_floats, store, vector3
 
 CHUNK = 4096
-"""Rays that a thread takes at once; a multiple of every lane width."""
+"""Rays that a thread takes at once; a multiple of every block's size."""
 
 
 @inline
-def _ray(rays, n, i):
-    """Return (origin, direction) of the packet that starts at ray i."""
-    return (vector3(load(rays, i), load(rays, n + i), load(rays, 2 * n + i)),
-            vector3(load(rays, 3 * n + i), load(rays, 4 * n + i), load(rays, 5 * n + i)))
+def _begin(rays, n, i, block, hits):
+    """Set up the block of rays that starts at ray i; return its packets with anything to do."""
+    packets = np.int32(0)
+    for k in range(min(SLOTS, n - i) // LANES):
+        slot = np.int64(k * LANES)
+        at = i + slot
+        t_max = load(rays, 6 * n + at)
+        active = t_max > 0.0
+        store_hit(hits, slot, no_hit(active, t_max))
+        if any_lane(active):
+            packets |= np.int32(1) << np.int32(k)
+            origin = vector3(load(rays, at), load(rays, n + at), load(rays, 2 * n + at))
+            direction = vector3(load(rays, 3 * n + at), load(rays, 4 * n + at), load(rays, 5 * n + at))
+            set_up(block, slot, fill_idle(active, origin), fill_idle(active, direction))
+    return packets
 
 
+@inline
+def _arrays(scene):
+    """Return the arrays of a scene for which nothing is counted or recorded."""
+    return arrays(scene, 0, np.zeros(1, np.float32), np.zeros(1, np.int64), np.zeros((1, 1, 0), np.float32))
+
+
+@calls(TRACE)
 @kernel
-def find_hits(scene, rays, floats, ids, chunk, view, counters):
-    """Answer (6, n) rays, n a multiple of 16, by (3, n) floats t, u, v and (2, n) ids prim, inst (MISS: none).
+def find_hits(scene, rays, shared_origin, floats, ids, chunk):
+    """Answer rays by the nearest thing they meet.
 
-    `chunk` is one int64 that all threads share: the next chunk to take.
+    Parameters
+    ----------
+    scene : PackedScene
+    rays : (7, n) float32
+        Origins, directions, and how far each looks; one that looks no farther than 0 is idle. n is a multiple of 16.
+    shared_origin : bool
+        Whether all start in one point.
+    floats, ids : (3, n) float32, (2, n) int32
+        Receive t, u, v and prim, inst (MISS: none); t of an idle ray is -inf.
+    chunk : (1,) int64
+        Shared by all threads: the next chunk to take.
     """
-    here = arrays(scene, 0, view, counters)
+    here = _arrays(scene)
+    block, local, hits = stack_floats(RAY_WORDS), stack_floats(RAY_WORDS), stack_floats(HIT_WORDS)
+    flags = SHARED_ORIGIN if shared_origin else NO_FLAGS
     n = rays.shape[1]
     while True:
         first = atomic_add(chunk, 0, 1) * CHUNK
         if first >= n:
             return
-        for i in range(first, min(first + CHUNK, n), LANES):
-            origin, direction = _ray(rays, n, i)
-            hit = closest_hit(here, origin, direction, mask(True), np.bool_(False))
-            store(floats, i, hit.t)
-            store(floats, n + i, hit.u)
-            store(floats, 2 * n + i, hit.v)
-            store(ids, i, hit.prim)
-            store(ids, n + i, hit.inst)
+        for i in range(first, min(first + CHUNK, n), SLOTS):
+            trace(here, block, local, hits, flags, _begin(rays, n, i, block, hits))
+            for k in range(min(SLOTS, n - i) // LANES):
+                at, hit = i + k * LANES, hit_at(hits, np.int64(k * LANES))
+                store(floats, at, hit.t)
+                store(floats, n + at, hit.u)
+                store(floats, 2 * n + at, hit.v)
+                store(ids, at, hit.prim)
+                store(ids, n + at, hit.inst)
 
 
+@calls(TRACE)
 @kernel
-def find_blocked(scene, rays, blocked, chunk, view, counters):
-    """Write 1 to (n,) int32 `blocked` for each of (6, n) rays that meets something before t = 1, else 0."""
-    here = arrays(scene, 0, view, counters)
+def find_blocked(scene, rays, shared_origin, blocked, chunk):
+    """Write 1 to (n,) float32 `blocked` for each ray that meets something, else 0; the rest as for `find_hits`."""
+    here = _arrays(scene)
+    block, local, hits = stack_floats(RAY_WORDS), stack_floats(RAY_WORDS), stack_floats(HIT_WORDS)
+    flags = SHARED_ORIGIN | OCCLUSION if shared_origin else OCCLUSION
     n = rays.shape[1]
     while True:
         first = atomic_add(chunk, 0, 1) * CHUNK
         if first >= n:
             return
-        for i in range(first, min(first + CHUNK, n), LANES):
-            origin, direction = _ray(rays, n, i)
-            met = occluded(here, origin, direction, np.float32(1), mask(True))
-            store(blocked, i, select(met, i32(1), 0))
+        for i in range(first, min(first + CHUNK, n), SLOTS):
+            trace(here, block, local, hits, flags, _begin(rays, n, i, block, hits))
+            for k in range(min(SLOTS, n - i) // LANES):
+                at = i + k * LANES
+                met = (load(rays, 6 * n + at) > 0.0) & (load(hits, HIT.t + np.int64(k * LANES)) < 0.0)
+                store(blocked, at, select(met, f32(1.0), 0.0))

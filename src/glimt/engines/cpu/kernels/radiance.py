@@ -1,43 +1,68 @@
-"""The integrator: a ray to radiance (Whitted, "An improved illumination model for shaded display", 1980)."""
+"""The integrator: a block of rays to radiance (Whitted, "An improved illumination model for shaded display", 1980)."""
 
-from glimt.engines.cpu.kernels.arrays import count
+import numpy as np
+
+from glimt.engines.cpu.kernels.block import PATH, POINT, RAY, SLOTS, first_slot, lanes_of
 from glimt.engines.cpu.kernels.bounce import bounce
+from glimt.engines.cpu.kernels.hit import hit_at
 from glimt.engines.cpu.kernels.intersect import intersect
 from glimt.engines.cpu.kernels.material import material_at
+from glimt.engines.cpu.kernels.resolve import add_to_pixels
 from glimt.engines.cpu.kernels.shade import shade
-from glimt.engines.cpu.kernels.surface import surface_at
-from glimt.kernel import routine
-from glimt.lanes import any_lane, bits, f32, population_count, scalar3, select, select3, splat3
-from glimt.layout import COUNT_MIRROR, COUNT_PRIMARY, VIEW
+from glimt.engines.cpu.kernels.surface import above, surface_at
+from glimt.kernel import inline, routine
+from glimt.lanes import LANES, any_lane, bits, load, load3, scalar3, store, store3, store_scalar
+from glimt.layout import MISS, VIEW
+
+
+@inline
+def _points(scene, block, packets, spread, depth):
+    """Write the surface points that rays have hit; the others see the background. Return the packets with any."""
+    met = np.int32(0)
+    while packets:
+        slot = first_slot(packets)
+        packet = packets & -packets
+        packets &= packets - 1
+        active, hit = lanes_of(block.active, slot), hit_at(block.hits, slot)
+        found = active & (hit.inst != MISS)
+        store_scalar(block.found, slot // LANES, bits(found))
+        throughput = load(block.paths, PATH.throughput + slot)
+        lost = active & ~found
+        if any_lane(lost):
+            add_to_pixels(block, slot, lost, scalar3(scene.view_words, VIEW.background) * throughput, depth)
+        if not any_lane(found):
+            continue
+        met |= packet
+        origin = load3(block.rays, RAY.origin + slot, SLOTS)
+        direction = load3(block.rays, RAY.direction + slot, SLOTS)
+        travelled = load(block.paths, PATH.travelled + slot) + hit.t
+        store(block.paths, PATH.travelled + slot, travelled)
+        surface = surface_at(scene, hit, found, origin, direction)
+        material = material_at(scene, surface, found, direction, travelled * spread)
+        store3(block.points, POINT.point + slot, SLOTS, surface.point)
+        store3(block.points, POINT.start + slot, SLOTS, above(surface))
+        store3(block.points, POINT.ng + slot, SLOTS, surface.ng)
+        store3(block.points, POINT.ns + slot, SLOTS, material.ns)
+        store3(block.points, POINT.diffuse + slot, SLOTS, material.diffuse)
+        store3(block.points, POINT.specular + slot, SLOTS, material.specular)
+        store(block.points, POINT.exponent + slot, material.exponent)
+        store(block.points, POINT.reflectivity + slot, material.reflectivity)
+        store3(block.points, POINT.lit + slot, SLOTS, material.ambient * scalar3(scene.view_words, VIEW.ambient))
+    return met
 
 
 @routine
-def radiance(scene, origin, direction, spread, active, max_bounces):
-    """Return the radiance along the rays of `active`: ``(1 - r) * lit + r * mirrored`` at every hit.
+def radiance(scene, block, packets, spread, max_bounces):
+    """Add the radiance along the rays of some packets to their pixels: ``(1 - r) * lit + r * mirrored`` at every hit.
 
     `spread` is the width of a pixel's cone at distance 1.
     """
-    sum_ = splat3(f32(0.0))      # radiance so far
-    throughput = f32(1.0)        # share of what comes next
-    travelled = f32(0.0)         # length of the path, for the width of its cone
-    count(scene, COUNT_PRIMARY, population_count(bits(active)))
     for depth in range(max_bounces + 1):
-        hit, found = intersect(scene, origin, direction, active, depth == 0)
-        sum_ = select3(active & ~found, sum_ + scalar3(scene.view_words, VIEW.background) * throughput, sum_)
-        if not any_lane(found):
-            break
-        travelled = travelled + select(found, hit.t, 0.0)
-        surface = surface_at(scene, hit, found, origin, direction)
-        material = material_at(scene, surface, found, direction, travelled * spread)
-        lit = shade(scene, surface, material, direction, found)
-        if depth == max_bounces:  # the last surface shows itself only
-            sum_ = select3(found, sum_ + lit * throughput, sum_)
-            break
-        sum_ = select3(found, sum_ + lit * (throughput * (1.0 - material.reflectivity)), sum_)
-        active = found & (material.reflectivity > 0.0)
-        if not any_lane(active):
-            break
-        count(scene, COUNT_MIRROR, population_count(bits(active)))
-        throughput = throughput * material.reflectivity
-        origin, direction = bounce(surface, material, direction)
-    return sum_
+        intersect(scene, block, packets, depth == 0)
+        packets = _points(scene, block, packets, spread, depth)
+        if packets == 0:
+            return
+        shade(scene, block, packets)
+        packets = bounce(block, packets, depth, max_bounces)
+        if packets == 0:
+            return

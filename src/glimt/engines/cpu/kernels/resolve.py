@@ -3,19 +3,26 @@
 import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import count
-from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH
+from glimt.engines.cpu.kernels.block import PACKETS, PATH, SLOTS, lanes_of
+from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH
 from glimt.kernel import inline
 from glimt.lanes import (
     LANES,
     absolute,
     bits,
+    count_trailing_zeros,
     extract,
     f32,
     interleave4,
+    load3,
     pointer,
     population_count,
+    scalar,
+    scalar_int,
     select3,
+    splat3,
     store,
+    store3,
     store_scalar,
 )
 from glimt.layout import COUNT_NON_FINITE
@@ -25,37 +32,67 @@ _LARGEST = np.float32(1e34)
 
 
 @inline
-def drop_non_finite(scene, radiance, active):
-    """Return radiance with samples that are not finite, or would not add up, replaced by black, and count them."""
-    finite = ((absolute(radiance.x) < _LARGEST) & (absolute(radiance.y) < _LARGEST)
-              & (absolute(radiance.z) < _LARGEST))
-    count(scene, COUNT_NON_FINITE, population_count(bits(active & ~finite)))
-    return select3(finite, radiance, f32(0.0))
+def begin_pixels(sums):
+    """Set three planes of sums to 0."""
+    for k in range(PACKETS):
+        store3(sums, np.int64(k * LANES), SLOTS, splat3(f32(0.0)))
 
 
 @inline
-def resolve(film, sums, samples, x, y):
-    """Write the sums of a packet's samples, and how many there were, to its block of pixels at (x, y)."""
+def add_to_pixels(block, slot, lanes, light, depth):
+    """Add light to the pixels that the rays of a packet come from; at depth 0 they are the packet's own."""
+    if depth == 0:
+        before = load3(block.sums, slot, SLOTS)
+        store3(block.sums, slot, SLOTS, select3(lanes, before + light, before))
+        return
+    todo = bits(lanes)
+    while todo:
+        lane = count_trailing_zeros(todo)
+        todo &= todo - 1
+        at = np.int64(scalar_int(block.paths, PATH.pixel + slot + lane))
+        store_scalar(block.sums, at, scalar(block.sums, at) + extract(light.x, lane))
+        store_scalar(block.sums, at + SLOTS, scalar(block.sums, at + SLOTS) + extract(light.y, lane))
+        store_scalar(block.sums, at + 2 * SLOTS, scalar(block.sums, at + 2 * SLOTS) + extract(light.z, lane))
+
+
+@inline
+def add_finite(scene, totals, sums, inside):
+    """Add the sums of one sample to the totals of all; one that is not finite, or would not add up, counts as black."""
+    for k in range(PACKETS):
+        slot = np.int64(k * LANES)
+        radiance = load3(sums, slot, SLOTS)
+        finite = ((absolute(radiance.x) < _LARGEST) & (absolute(radiance.y) < _LARGEST)
+                  & (absolute(radiance.z) < _LARGEST))
+        count(scene, COUNT_NON_FINITE, population_count(bits(lanes_of(inside, slot) & ~finite)))
+        store3(totals, slot, SLOTS, load3(totals, slot, SLOTS) + select3(finite, radiance, f32(0.0)))
+
+
+@inline
+def resolve(film, totals, samples, left, top):
+    """Write the totals of a block, and how many samples they have, to its pixels from (left, top) on."""
     height, width = film.shape[0], film.shape[1]
     words, count_ = pointer(film), f32(samples)
-    if x + BLOCK_WIDTH <= width and y + BLOCK_HEIGHT <= height:
-        _store_quarter(words, x, y, width, 0, interleave4(sums.x, sums.y, sums.z, count_, 0))
-        _store_quarter(words, x, y, width, 1, interleave4(sums.x, sums.y, sums.z, count_, 1))
-        _store_quarter(words, x, y, width, 2, interleave4(sums.x, sums.y, sums.z, count_, 2))
-        _store_quarter(words, x, y, width, 3, interleave4(sums.x, sums.y, sums.z, count_, 3))
-        return
-    for lane in range(LANES):
-        column, row = x + lane % BLOCK_WIDTH, y + lane // BLOCK_WIDTH
-        if column < width and row < height:
-            at = 4 * (row * width + column)
-            store_scalar(words, at, extract(sums.x, lane))
-            store_scalar(words, at + 1, extract(sums.y, lane))
-            store_scalar(words, at + 2, extract(sums.z, lane))
-            store_scalar(words, at + 3, samples)
+    for k in range(PACKETS):
+        x, y = left + k % 2 * PACKET_WIDTH, top + k // 2 * PACKET_HEIGHT
+        sums = load3(totals, np.int64(k * LANES), SLOTS)
+        if x + PACKET_WIDTH <= width and y + PACKET_HEIGHT <= height:
+            _store_quarter(words, x, y, width, 0, interleave4(sums.x, sums.y, sums.z, count_, 0))
+            _store_quarter(words, x, y, width, 1, interleave4(sums.x, sums.y, sums.z, count_, 1))
+            _store_quarter(words, x, y, width, 2, interleave4(sums.x, sums.y, sums.z, count_, 2))
+            _store_quarter(words, x, y, width, 3, interleave4(sums.x, sums.y, sums.z, count_, 3))
+            continue
+        for lane in range(LANES):
+            column, row = x + lane % PACKET_WIDTH, y + lane // PACKET_WIDTH
+            if column < width and row < height:
+                at = 4 * (row * width + column)
+                store_scalar(words, at, extract(sums.x, lane))
+                store_scalar(words, at + 1, extract(sums.y, lane))
+                store_scalar(words, at + 2, extract(sums.z, lane))
+                store_scalar(words, at + 3, samples)
 
 
 @inline
 def _store_quarter(words, x, y, width, part, pixels):
-    """Write a quarter of a block: whole pixels of one row."""
+    """Write a quarter of a packet: whole pixels of one row."""
     lane = part * (LANES // 4)
-    store(words, 4 * ((y + lane // BLOCK_WIDTH) * width + x + lane % BLOCK_WIDTH), pixels)
+    store(words, 4 * ((y + lane // PACKET_WIDTH) * width + x + lane % PACKET_WIDTH), pixels)

@@ -1,14 +1,17 @@
-"""Stage 3: hits to light: every light, with its shadow ray."""
+"""Stage 3: hits to light: every light, with its shadow rays."""
 
 import numpy as np
 
-from glimt.engines.cpu.kernels.arrays import count
+from glimt.engines.cpu.kernels.arrays import count_rays
+from glimt.engines.cpu.kernels.block import HIT, POINT, RAY, SLOTS, first_slot, lanes_of
+from glimt.engines.cpu.kernels.hit import no_hit, store_hit
 from glimt.engines.cpu.kernels.light import light_sample
 from glimt.engines.cpu.kernels.material import material_eval
-from glimt.engines.cpu.kernels.traverse import occluded
-from glimt.kernel import inline, routine
-from glimt.lanes import any_lane, bits, dot, f32, maximum, population_count, reciprocal, scalar3, select, select3
-from glimt.layout import COUNT_SHADOW, LIGHT, VIEW
+from glimt.engines.cpu.kernels.packet import fill_idle, set_up
+from glimt.engines.cpu.kernels.traverse import OCCLUSION, trace
+from glimt.kernel import inline
+from glimt.lanes import any_lane, dot, f32, load, load3, maximum, reciprocal, scalar3, select, select3, store, store3
+from glimt.layout import COUNT_SHADOW, LIGHT
 
 
 @inline
@@ -24,23 +27,54 @@ def terminator(ng, ns, wi):
     return select(g >= 1.0, f32(1.0), select(g > 0.0, soft, 0.0))
 
 
-@routine
-def shade(scene, surface, material, direction, found):
-    """Return the light that the lanes of `found` send back along their rays, mirrors aside."""
-    wo = direction * -1.0
-    radiance = material.ambient * scalar3(scene.view_words, VIEW.ambient)
-    start = surface.point + surface.ng * surface.offset
+@inline
+def _shadow_rays(scene, block, packets, index):
+    """Write what arrives from one light at the points of some packets, and shadow rays to where anything does.
+
+    Return the packets with any: a surface that faces away from a light, or is outside of its cone, has none.
+    """
+    towards = np.int32(0)
+    while packets:
+        slot, packet = first_slot(packets), packets & -packets
+        packets &= packets - 1
+        point, ng = load3(block.points, POINT.point + slot, SLOTS), load3(block.points, POINT.ng + slot, SLOTS)
+        ns = load3(block.points, POINT.ns + slot, SLOTS)
+        start = load3(block.points, POINT.start + slot, SLOTS)
+        light = light_sample(scene, index, point, start)
+        cosine = dot(ns, light.wi)
+        arriving = light.attenuation * terminator(ng, ns, light.wi)
+        lit = lanes_of(block.found, slot) & (cosine > 0.0) & (arriving > 0.0)
+        if any_lane(lit):
+            towards |= packet
+            store3(block.points, POINT.wi + slot, SLOTS, light.wi)
+            store(block.points, POINT.cosine + slot, cosine)
+            store(block.points, POINT.arriving + slot, arriving)
+            set_up(block.shadow_rays, slot, fill_idle(lit, start), fill_idle(lit, light.reach))
+            store_hit(block.shadow_hits, slot, no_hit(lit, light.t_max))
+    return towards
+
+
+@inline
+def shade(scene, block, packets):
+    """Add the light that the surface points of some packets send back along their rays, mirrors aside, to `lit`."""
     for index in range(scene.light_count):
-        light = light_sample(scene, index, surface.point, start)
-        cosine = dot(material.ns, light.wi)
-        arriving = light.attenuation * terminator(surface.ng, material.ns, light.wi)
-        lit = found & (cosine > 0.0) & (arriving > 0.0)
-        if any_lane(lit):
-            count(scene, COUNT_SHADOW, population_count(bits(lit)))
-            lit = lit & ~occluded(scene, start, light.reach, light.t_max, lit)
-        if any_lane(lit):
-            diffuse, specular = material_eval(material, wo, light.wi, cosine)
-            sent = (diffuse * scalar3(scene.lights, index * LIGHT.words + LIGHT.diffuse)
-                    + specular * scalar3(scene.lights, index * LIGHT.words + LIGHT.specular))
-            radiance = select3(lit, radiance + sent * arriving, radiance)
-    return radiance
+        todo = _shadow_rays(scene, block, packets, index)
+        if todo == 0:
+            continue
+        count_rays(scene, COUNT_SHADOW, block.shadow_rays, block.shadow_hits, todo)
+        trace(scene, block.shadow_rays, block.local, block.shadow_hits, OCCLUSION, todo)
+        while todo:
+            slot = first_slot(todo)
+            todo &= todo - 1
+            lit = load(block.shadow_hits, HIT.t + slot) > 0.0
+            if any_lane(lit):
+                wo = load3(block.rays, RAY.direction + slot, SLOTS) * -1.0
+                diffuse, specular = material_eval(
+                    load3(block.points, POINT.diffuse + slot, SLOTS), load3(block.points, POINT.specular + slot, SLOTS),
+                    load(block.points, POINT.exponent + slot), load3(block.points, POINT.ns + slot, SLOTS), wo,
+                    load3(block.points, POINT.wi + slot, SLOTS), load(block.points, POINT.cosine + slot))
+                sent = (diffuse * scalar3(scene.lights, index * LIGHT.words + LIGHT.diffuse)
+                        + specular * scalar3(scene.lights, index * LIGHT.words + LIGHT.specular))
+                before = load3(block.points, POINT.lit + slot, SLOTS)
+                after = before + sent * load(block.points, POINT.arriving + slot)
+                store3(block.points, POINT.lit + slot, SLOTS, select3(lit, after, before))

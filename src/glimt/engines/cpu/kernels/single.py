@@ -175,15 +175,15 @@ def _walk(scene, root, inst, ray, t, u, v, prim, hit_inst, occlusion):
 
 
 @inline
-def walk_each(scene, root, rays, hit, occlusion, inst):
-    """Walk each ray of a packet that still looks for something."""
+def walk_each(scene, root, rays, hit, lanes, occlusion, inst):
+    """Walk each ray of a packet, of those in the bits of `lanes`, that still looks for something."""
     ts, us, vs, prims, insts = (stack_floats(16), stack_floats(16), stack_floats(16), stack_ints(16), stack_ints(16))
     store(ts, 0, hit.t)
     store(us, 0, hit.u)
     store(vs, 0, hit.v)
     store(prims, 0, hit.prim)
     store(insts, 0, hit.inst)
-    todo = bits(hit.t > 0.0)
+    todo = bits(hit.t > 0.0) & lanes
     while todo:
         lane = count_trailing_zeros(todo)
         todo &= todo - 1

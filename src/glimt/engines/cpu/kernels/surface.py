@@ -40,14 +40,14 @@ _TWO_PI, _PI = np.float32(2 * np.pi), np.float32(np.pi)
 class Surface(NamedTuple):
     """A surface point for each lane, in world space.
 
-    point, offset: the position, and how far above it (along ng) rays may start; ng, ns: unit geometric and shading
-    normals on the viewer's side; texcoord_u, texcoord_v; texcoord_density: texcoord area per square metre; tangent,
-    bitangent, normal: the frame of the normal map as it was modelled (normal not yet turned to the viewer);
-    has_tangent: 1 where there is one; material: index.
+    point, extent: the position, and the size of the instance it is on; ng, ns: unit geometric and shading normals on
+    the viewer's side; texcoord_u, texcoord_v; texcoord_density: texcoord area per square metre; tangent, bitangent,
+    normal: the frame of the normal map as it was modelled (normal not yet turned to the viewer); has_tangent: 1 where
+    there is one; material: index.
     """
 
     point: object
-    offset: object
+    extent: object
     ng: object
     ns: object
     texcoord_u: object
@@ -166,7 +166,8 @@ def _mesh_surface(scene, record, hit, prim, direction):
     material = scalar_int(scene.instances, record + INSTANCE.material)
     if material < 0:
         material = scalar_int(scene.triangles, triangle + TRIANGLE.material)
-    return Surface(point, f32(0.0), ng, normal, texcoord_u, texcoord_v, density, tangent, bitangent, normal,
+    extent = f32(scalar(scene.instances, record + INSTANCE.extent))
+    return Surface(point, extent, ng, normal, texcoord_u, texcoord_v, density, tangent, bitangent, normal,
                    f32(has_tangent), i32(material))
 
 
@@ -189,19 +190,26 @@ def _sphere_surface(scene, record, point, direction):
         density = reciprocal(around * (_TWO_PI * _PI * radius * radius))
         tangent = vector3(normal.z, 0.0, -normal.x) * (1.0 / around)
         bitangent = cross(normal, tangent)
-    return Surface(center + normal * radius, f32(0.0), ng, normal, texcoord_u, texcoord_v, density, tangent,
-                   bitangent, normal, f32(1.0), i32(material))
+    extent = f32(scalar(scene.instances, record + INSTANCE.extent))
+    return Surface(center + normal * radius, extent, ng, normal, texcoord_u, texcoord_v, density, tangent, bitangent,
+                   normal, f32(1.0), i32(material))
 
 
 @inline
 def _merge(m, a, b):
     """Return surface a in the lanes of m, b elsewhere."""
-    return Surface(select3(m, a.point, b.point), select(m, a.offset, b.offset), select3(m, a.ng, b.ng),
+    return Surface(select3(m, a.point, b.point), select(m, a.extent, b.extent), select3(m, a.ng, b.ng),
                    select3(m, a.ns, b.ns), select(m, a.texcoord_u, b.texcoord_u),
                    select(m, a.texcoord_v, b.texcoord_v), select(m, a.texcoord_density, b.texcoord_density),
                    select3(m, a.tangent, b.tangent), select3(m, a.bitangent, b.bitangent),
                    select3(m, a.normal, b.normal), select(m, a.has_tangent, b.has_tangent),
                    select(m, a.material, b.material))
+
+
+@inline
+def above(surface):
+    """Return where rays may leave a surface: so far above it that rounding never puts them below."""
+    return surface.point + surface.ng * ((_largest(surface.point) + surface.extent) * OFFSET_ERROR)
 
 
 @routine
@@ -223,10 +231,6 @@ def surface_at(scene, hit, found, origin, direction):
             here = _sphere_surface(scene, record, origin + direction * hit.t, direction)
         else:
             here = _mesh_surface(scene, record, hit, np.int64(prim), direction)
-        p = here.point
-        offset = (_largest(p) + scalar(scene.instances, record + INSTANCE.extent)) * OFFSET_ERROR
-        here = Surface(p, offset, here.ng, here.ns, here.texcoord_u, here.texcoord_v, here.texcoord_density,
-                       here.tangent, here.bitangent, here.normal, here.has_tangent, here.material)
         if all_lanes(same | ~found):  # the whole packet sees one primitive
             return here
         result = _merge(same, here, result)
