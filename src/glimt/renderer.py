@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 from glimt import bvh
 from glimt.engines import Progress, get_engine
 from glimt.film import Film
-from glimt.packed import pack, pack_lights, pack_view
+from glimt.packed import light_rows, pack, pack_light_rows, pack_view
+from glimt.packed.frame import LightRow
 from glimt.packed.meshes import mesh_tree
 from glimt.scene import checks
+from glimt.scene.camera import Camera
 from glimt.scene.scene import Scene
 
 
@@ -62,16 +64,28 @@ class Renderer:
         if progress:
             progress("building trees", 0.0)
         self._packed = pack(self.scene, threads=self._engine.threads)
+        self._light_rows: list[LightRow] | None = None
+        self._framing: tuple[float, Camera] | None = None
 
     def render(self, time: float = 0.0, progress: Progress | None = None, film: Film | None = None) -> Film:
         """Render the scene with lights as they stand at `time` seconds; `film` is one that may be written over."""
         scene, settings = self.scene, self.scene.settings
         time = checks.number("render", "time", time, -1e12, 1e12)
-        self._packed = self._packed._replace(lights=pack_lights(scene.lights, time))
-        self._engine.upload(self._packed, len(scene.lights))
-        view = pack_view(scene.camera_or_framing(), settings, scene.lights)
+        rows = light_rows(scene.lights, time)
+        if rows != self._light_rows:
+            self._packed = self._packed._replace(lights=pack_light_rows(rows))
+            self._engine.upload(self._packed, len(rows))
+            self._light_rows = rows
+        view = pack_view(scene.camera or self._framed(), settings, scene.lights)
         return self._engine.render(view, (settings.width, settings.height), settings.samples, settings.max_bounces,
                                    progress, film)
+
+    def _framed(self) -> Camera:
+        """Return a camera that frames all objects as they were at the last update, for a scene that has none."""
+        aspect = self.scene.settings.width / self.scene.settings.height
+        if self._framing is None or self._framing[0] != aspect:
+            self._framing = aspect, self.scene.camera_or_framing()
+        return self._framing[1]
 
     def stats(self) -> SceneStats:
         """Return what the scene is made of."""

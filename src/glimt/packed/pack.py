@@ -9,34 +9,28 @@ from numpy.typing import NDArray
 from glimt import bvh, linalg
 from glimt.errors import GlimtWarning
 from glimt.layout import (
-    DIRECTIONAL_LIGHT,
     INSTANCE,
     LEAF_STEP,
-    LIGHT,
     MATERIAL,
     MESH_KIND,
     NO_TANGENTS,
     NODE,
-    POINT_LIGHT,
     SPHERE_KIND,
-    SPOT_LIGHT,
     TANGENT,
     TRIANGLE,
     TRIANGLE_BLOCK,
     VERTEX,
-    VIEW,
     dtype,
 )
+from glimt.packed.frame import pack_lights
 from glimt.packed.meshes import PackedMesh, pack_mesh
 from glimt.packed.packed_scene import PackedScene
 from glimt.packed.textures import TexturePacker
 from glimt.scene import checks
-from glimt.scene.camera import Camera
 from glimt.scene.instance import Instance
-from glimt.scene.light import DirectionalLight, Light, PointLight, SpotLight
 from glimt.scene.material import Material
 from glimt.scene.mesh import Mesh
-from glimt.scene.scene import RenderSettings, Scene
+from glimt.scene.scene import Scene
 from glimt.scene.sphere import Sphere
 
 _BOX_PAD = 2e-6
@@ -186,36 +180,3 @@ def _words(parts: list[NDArray[np.float32]], record: int) -> NDArray[np.float32]
 
 def _records(rows: list[Any], struct: Any) -> NDArray[np.float32]:
     return np.array(rows or [np.zeros((), dtype(struct))], dtype(struct)).view(np.float32)
-
-
-def pack_lights(lights: list[Light], time: float = 0.0) -> NDArray[np.float32]:
-    """Return the LIGHT records of lights as they stand at `time`; one record that is never read for no lights."""
-    for light in lights:
-        checks.kind("scene", "one of lights", light, PointLight, DirectionalLight)
-    rows = np.zeros(max(1, len(lights)), dtype(LIGHT))
-    for row, light in zip(rows, lights, strict=False):
-        row["diffuse"], row["specular"] = light.diffuse, light.specular
-        if isinstance(light, DirectionalLight):
-            row["kind"], row["direction"] = DIRECTIONAL_LIGHT, linalg.normalize(light.direction_at(time))
-        elif isinstance(light, PointLight):
-            row["kind"], row["position"] = POINT_LIGHT, light.position_at(time)
-            row["inverse_radius"], row["attenuation"] = 1 / light.radius, light.attenuation
-            if isinstance(light, SpotLight):
-                inner, outer = light.cosines()
-                row["kind"], row["direction"] = SPOT_LIGHT, linalg.normalize(light.direction)
-                row["cone_scale"] = 1 / max(inner - outer, 1e-6)
-                row["cone_offset"] = -outer * row["cone_scale"]
-    return rows.view(np.float32)
-
-
-def pack_view(camera: Camera, settings: RenderSettings, lights: list[Light]) -> NDArray[np.float32]:
-    """Return the VIEW record of a frame."""
-    basis = camera.basis()
-    reach = np.tan(np.radians(camera.fov_deg) / 2)
-    row = np.zeros((), dtype(VIEW))
-    row["origin"], row["look"] = camera.position, basis.look
-    row["right"], row["up"] = basis.right * reach * settings.width / settings.height, basis.up * reach
-    row["spread"] = 2 * reach / settings.height
-    row["background"] = settings.background
-    row["ambient"] = np.sum([settings.ambient, *(light.ambient for light in lights)], 0)
-    return row.reshape(1).view(np.float32)

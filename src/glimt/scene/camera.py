@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from glimt import linalg
 from glimt.errors import GlimtError
 from glimt.scene import checks
 
@@ -54,14 +53,15 @@ class Camera:
 
     def basis(self) -> Basis:
         """Return the camera's unit vectors; an error where it looks at itself or along `up`."""
-        look = linalg.normalize(np.subtract(self.target, self.position))
-        if not look.any():
+        (x, y, z), (tx, ty, tz) = self.position, self.target
+        look = _unit(tx - x, ty - y, tz - z)
+        if not any(look):
             raise GlimtError(f"camera: position and target are the same point {self.position}, move one of them")
-        right = np.cross(look, linalg.normalize(self.up))
-        if np.linalg.norm(right) < 1e-6:
+        right = _cross(look, _unit(*self.up))
+        if math.hypot(*right) < 1e-6:
             raise GlimtError(f"camera: up {self.up} lies along the line of sight, choose another up")
-        right = linalg.normalize(right)
-        return Basis(right, np.cross(right, look), look)
+        right = _unit(*right)
+        return Basis(np.array(right), np.array(_cross(right, look)), np.array(look))
 
     @classmethod
     def framing(cls, lo: ArrayLike, hi: ArrayLike, aspect: float = 1.0, fov_deg: float = 40.0,
@@ -78,3 +78,15 @@ class Camera:
         distance = (np.maximum(np.abs(x) / (reach * aspect), np.abs(y) / reach) - depth).max()
         position = center - basis.look * distance
         return cls(tuple(position.tolist()), tuple(center.tolist()), (0.0, 1.0, 0.0), fov_deg)
+
+
+# Plain floats: a camera moves each frame, and arrays of three numbers are ten times as slow.
+
+def _cross(a: Point, b: Point) -> Point:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _unit(x: float, y: float, z: float) -> Point:
+    """Return a vector at unit length; a zero vector stays zero."""
+    length = math.hypot(x, y, z) or 1.0  # neither overflows nor vanishes
+    return x / length, y / length, z / length

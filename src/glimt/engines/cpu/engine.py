@@ -63,21 +63,30 @@ class CpuEngine:
         start = time.perf_counter()
         shape = (height, width, 4)
         sums = film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)
-        control, counters = np.zeros(16, np.int64), np.zeros((self.threads, int(COUNTER_STRIDE)), np.int64)
         tiles = -(-width // TILE) * -(-height // TILE)
+        control = np.zeros(16, np.int64)
+        counters = np.zeros((min(self.threads, tiles), int(COUNTER_STRIDE)), np.int64)
         jobs: list[Future[Any]] = []
         try:  # awake for Ctrl-C; whatever happens, no job outlives this call
             for own in counters:
                 jobs.append(self._pool.submit(render_tiles, self._scene, self._light_count, view, sums, samples,
                                               max_bounces, control, own, _NOTHING))
-            while wait(jobs, _POLL_SECONDS).not_done:
-                if progress:
-                    progress("rendering", min(1.0, control[NEXT_TILE] / tiles))
+            for job in jobs:
+                while not _ends(job):
+                    if progress:
+                        progress("rendering", min(1.0, control[NEXT_TILE] / tiles))
         except BaseException:
             control[CANCEL] = 1
             wait(jobs)
             raise
-        for job in jobs:
-            job.result()
         totals = counters[:, :len(Counters._fields)].sum(0).tolist()
         return Film(sums, Counters(*totals), time.perf_counter() - start)
+
+
+def _ends(job: "Future[Any]") -> bool:
+    """Return whether a job ends within the time of a poll; one that failed raises its error."""
+    try:
+        job.result(_POLL_SECONDS)  # in a small frame faster than `wait`
+    except TimeoutError:
+        return False
+    return True
