@@ -52,9 +52,9 @@ def compose(*matrices: Array) -> Array:
 
 
 def inverse(matrix: Array) -> Array:
-    """Return the inverse of a (3, 4) transform; raises `numpy.linalg.LinAlgError` when it is singular."""
-    linear = np.linalg.inv(matrix[:, :3])
-    return np.column_stack([linear, -linear @ matrix[:, 3]])
+    """Return the inverse of (..., 3, 4) transforms; raises `numpy.linalg.LinAlgError` where one is singular."""
+    linear = np.linalg.inv(matrix[..., :3])
+    return np.concatenate([linear, -linear @ matrix[..., 3:]], -1)
 
 
 def transform_points(matrix: Array, points: ArrayLike) -> Array:
@@ -68,9 +68,14 @@ def transform_vectors(matrix: Array, vectors: ArrayLike) -> Array:
 
 
 def transform_box(matrix: Array, lo: ArrayLike, hi: ArrayLike) -> tuple[Array, Array]:
-    """Return the bounds (lo, hi) of a transformed box (Arvo, "Transforming Axis-Aligned Bounding Boxes", 1990)."""
-    ends = np.stack([matrix[:, :3] * np.asarray(lo, np.float64), matrix[:, :3] * np.asarray(hi, np.float64)])
-    return ends.min(0).sum(1) + matrix[:, 3], ends.max(0).sum(1) + matrix[:, 3]
+    """Return the bounds (lo, hi) of transformed boxes (Arvo, "Transforming Axis-Aligned Bounding Boxes", 1990).
+
+    matrix : (..., 3, 4); lo, hi : (..., 3)
+    """
+    linear, offset = matrix[..., :3], matrix[..., 3]
+    first = linear * np.asarray(lo, np.float64)[..., None, :]
+    second = linear * np.asarray(hi, np.float64)[..., None, :]
+    return np.minimum(first, second).sum(-1) + offset, np.maximum(first, second).sum(-1) + offset
 
 
 def normalize(vectors: ArrayLike) -> Array:

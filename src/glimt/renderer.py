@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from glimt import bvh
 from glimt.engines import Progress, get_engine
 from glimt.film import Film
-from glimt.packed import light_rows, pack, pack_light_rows, pack_view
+from glimt.packed import Packer, light_rows, pack_light_rows, pack_view
 from glimt.packed.frame import LightRow
 from glimt.packed.meshes import mesh_tree
 from glimt.scene import checks
@@ -57,13 +57,14 @@ class Renderer:
         self.scene = scene
         self._engine = get_engine(engine, threads)
         self._engine.prepare(progress)
+        self._packer = Packer(self._engine.threads)
         self.update(progress)
 
     def update(self, progress: Progress | None = None) -> None:
         """Take over changed objects and materials; trees of meshes that are already known are kept."""
         if progress:
             progress("building trees", 0.0)
-        self._packed = pack(self.scene, threads=self._engine.threads)
+        self._packed = self._packer.pack(self.scene)
         self._light_rows: list[LightRow] | None = None
         self._framing: tuple[float, Camera] | None = None
 

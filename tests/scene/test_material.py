@@ -33,7 +33,13 @@ def test_pixels_are_bytes_or_floats(pixels, dtype):
 
 def test_textures_share_a_pixel_array():
     pixels = np.zeros((4, 4, 3), np.uint8)
-    assert Texture(pixels).pixels is Texture(pixels, "linear", "clamp").pixels
+    assert np.shares_memory(Texture(pixels).pixels, Texture(pixels, "linear", "clamp").pixels)
+
+
+def test_pixels_are_not_changed_in_place():
+    texture = Texture(np.zeros((4, 4, 3), np.uint8))
+    with pytest.raises(ValueError, match="read-only"):
+        texture.pixels[0] = 1
 
 
 def test_scale_and_offset_keep_their_precision():

@@ -7,67 +7,120 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt import bvh
-from glimt.layout import LEAF_SIZE, TANGENT, TRIANGLE_BLOCK, VERTEX
+from glimt.layout import LEAF_SIZE, LEAF_STEP, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX
 from glimt.scene.mesh import Mesh
 from glimt.scene.tangents import tangent_space
 
 _BOX_PAD = np.float32(2.0**-21)
 """As a share of a triangle's largest coordinate: eight times what float32 rounds off."""
+_CHUNK = 1 << 15  # leaf blocks filled at a time: bounds what that takes beside the blocks
+
+Words = NDArray[np.float32]
 
 
 class PackedMesh(NamedTuple):
-    """Arrays of one mesh; indices are local to it.
+    """Arrays of one mesh, as the words that a `PackedScene` has, and where in a scene's arrays they start.
 
-    tree : WideTree
-    blocks : (b, TRIANGLE_BLOCK.words) float32
-    vertices : (n, VERTEX.words) float32
-    tangents : (n, TANGENT.words) float32, or (0, ...) for a mesh that needs none
-    triangles : (m, 3) int32
+    Once the mesh has been joined with others these are views into the scene's arrays: nothing is held twice.
+
+    nodes : NODE words
+        Child codes count from `first_node` nodes and `first_block` blocks before.
+    blocks : TRIANGLE_BLOCK words
+    vertices : VERTEX words
+    tangents : TANGENT words, none for a mesh that needs none
+    triangles : TRIANGLE words
+        Vertices count from `first_vertex` vertices before; `material_ids` are those of the mesh's materials.
+    depth : int
+        Of the tree.
+    with_tangents : bool
+        Whether tangents were asked for.
     """
 
-    tree: bvh.WideTree
-    blocks: NDArray[np.float32]
-    vertices: NDArray[np.float32]
-    tangents: NDArray[np.float32]
-    triangles: NDArray[np.int32]
+    nodes: Words
+    blocks: Words
+    vertices: Words
+    tangents: Words
+    triangles: Words
+    first_node: int
+    first_block: int
+    first_vertex: int
+    material_ids: tuple[int, ...]
+    depth: int
+    with_tangents: bool
+
+    def tree(self) -> bvh.WideTree:
+        """Return the tree of the mesh, as if it stood alone."""
+        blocks = self.blocks.view(np.int32).reshape(-1, TRIANGLE_BLOCK.words)
+        nodes = bvh.aligned(self.nodes.size)
+        nodes[:] = self.nodes
+        shift_codes(nodes, -self.first_node, -self.first_block)
+        return bvh.WideTree(nodes, np.ascontiguousarray(blocks[:, TRIANGLE_BLOCK.prim:]), self.depth)
 
 
-_PACKED: "WeakKeyDictionary[Mesh, dict[bool, PackedMesh]]" = WeakKeyDictionary()
+_PACKED: "WeakKeyDictionary[Mesh, PackedMesh]" = WeakKeyDictionary()
 
 
 def pack_mesh(mesh: Mesh, with_tangents: bool, threads: int) -> PackedMesh:
-    """Return the arrays of a mesh, kept as long as the mesh lives."""
-    known = _PACKED.setdefault(mesh, {})
-    if with_tangents not in known:
-        tree, blocks = next(((p.tree, p.blocks) for p in known.values()), (None, None))
-        if tree is None or blocks is None:
-            corners = mesh.positions[mesh.triangles]
-            tree = bvh.build(*_boxes(corners), threads)
-            blocks = _leaf_blocks(corners, tree.leaf_prims)
-        known[with_tangents] = PackedMesh(tree, blocks, *_shading_arrays(mesh, with_tangents))
-    return known[with_tangents]
+    """Return the arrays of a mesh, which are kept as long as it lives."""
+    packed = _PACKED.get(mesh)
+    if packed is None:
+        tree = bvh.build(*_boxes(mesh), threads)
+        packed = PackedMesh(tree.nodes, _leaf_blocks(mesh, tree.leaf_prims), *_shading_arrays(mesh, with_tangents),
+                            0, 0, 0, tuple(range(len(mesh.materials))), tree.depth, with_tangents)
+        remember(mesh, packed)
+    elif packed.with_tangents != with_tangents:
+        vertices, tangents, triangles = _shading_arrays(mesh, with_tangents)
+        packed = packed._replace(vertices=vertices, tangents=tangents, triangles=triangles, first_vertex=0,
+                                 material_ids=tuple(range(len(mesh.materials))), with_tangents=with_tangents)
+        remember(mesh, packed)
+    return packed
 
 
-def _boxes(corners: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def remember(mesh: Mesh, packed: PackedMesh) -> None:
+    """Keep `packed` as the arrays of a mesh."""
+    _PACKED[mesh] = packed
+
+
+def mesh_tree(mesh: Mesh) -> bvh.WideTree:
+    """Return the tree of a mesh that has been packed."""
+    return _PACKED[mesh].tree()
+
+
+def shift_codes(nodes: Words, nodes_before: int, blocks_before: int) -> None:
+    """Make a tree's child codes count from that many nodes and blocks further ahead."""
+    codes = nodes.view(np.int32).reshape(-1, NODE.words)[:, NODE.child:NODE.unused]
+    codes += np.where(codes >= 0, np.int32(nodes_before), np.int32(-blocks_before * LEAF_STEP))
+
+
+def _boxes(mesh: Mesh) -> tuple[Words, Words]:
     """Return bounds (lo, hi) of triangles, grown so that a ray which runs along a side of a box is within it."""
-    lo, hi = corners.min(1), corners.max(1)
+    a, b, c = mesh.triangles.T
+    lo, hi = mesh.positions[a], mesh.positions[a]
+    for corner in (b, c):
+        points = mesh.positions[corner]
+        np.minimum(lo, points, out=lo)
+        np.maximum(hi, points, out=hi)
     pad = np.maximum(hi, -lo).max(1, keepdims=True) * _BOX_PAD
-    return lo - pad, hi + pad
+    lo -= pad
+    hi += pad
+    return lo, hi
 
 
-def _leaf_blocks(corners: NDArray[np.float32], leaf_prims: NDArray[np.int32]) -> NDArray[np.float32]:
+def _leaf_blocks(mesh: Mesh, leaf_prims: NDArray[np.int32]) -> Words:
     """Lay the triangles of each leaf out side by side: (x0[4], y0[4], …, z2[4], prim[4])."""
     size = int(LEAF_SIZE)
-    blocks = bvh.aligned(len(leaf_prims) * TRIANGLE_BLOCK.words).reshape(-1, TRIANGLE_BLOCK.words)
-    filled = corners.reshape(-1, 9)[leaf_prims]  # -1 repeats the last triangle: never read, counts say how many
-    blocks[:, :9 * size] = filled.transpose(0, 2, 1).reshape(-1, 9 * size)
-    blocks[:, TRIANGLE_BLOCK.prim:] = leaf_prims.view(np.float32)
+    blocks = bvh.aligned(len(leaf_prims) * TRIANGLE_BLOCK.words)
+    rows = blocks.reshape(-1, TRIANGLE_BLOCK.words)
+    for first in range(0, len(rows), _CHUNK):
+        prims = leaf_prims[first:first + _CHUNK]  # -1 repeats the last triangle: never read, counts say how many
+        corners = mesh.positions[mesh.triangles[prims]].reshape(-1, size, 9)
+        rows[first:first + _CHUNK, :9 * size] = corners.transpose(0, 2, 1).reshape(-1, 9 * size)
+    rows[:, TRIANGLE_BLOCK.prim:] = leaf_prims.view(np.float32)
     return blocks
 
 
-def _shading_arrays(mesh: Mesh, with_tangents: bool) -> tuple[NDArray[np.float32], NDArray[np.float32],
-                                                              NDArray[np.int32]]:
-    """Return (vertices, tangents, triangles)."""
+def _shading_arrays(mesh: Mesh, with_tangents: bool) -> tuple[Words, Words, Words]:
+    """Return (vertices, tangents, triangles); materials count within the mesh."""
     positions, triangles, normals, texcoords = mesh.positions, mesh.triangles, mesh.normals, mesh.texcoords
     tangents = np.empty((0, TANGENT.words), np.float32)
     if with_tangents and texcoords is not None:
@@ -81,21 +134,18 @@ def _shading_arrays(mesh: Mesh, with_tangents: bool) -> tuple[NDArray[np.float32
         space = tangent_space(positions, triangles, normals, texcoords)
         positions, normals = positions[space.vertex_ids], normals[space.vertex_ids]
         texcoords, triangles, tangents = texcoords[space.vertex_ids], space.triangles, space.tangents
-    vertices = np.zeros((len(positions), VERTEX.words), np.float32)
-    vertices[:, VERTEX.position:VERTEX.normal] = positions
-    if normals is not None:
-        vertices[:, VERTEX.normal:VERTEX.texcoord] = _unit(normals)
-    if texcoords is not None:
-        vertices[:, VERTEX.texcoord:] = texcoords
-    return vertices, np.ascontiguousarray(tangents), np.ascontiguousarray(triangles)
+    vertices = bvh.aligned(len(positions) * VERTEX.words)
+    rows = vertices.reshape(-1, VERTEX.words)
+    rows[:, VERTEX.position:VERTEX.normal] = positions
+    rows[:, VERTEX.normal:VERTEX.texcoord] = 0 if normals is None else _unit(normals)
+    rows[:, VERTEX.texcoord:] = 0 if texcoords is None else texcoords
+    corner_ids = bvh.aligned(len(triangles) * TRIANGLE.words, np.int32)
+    corner_ids.reshape(-1, TRIANGLE.words)[:, :TRIANGLE.material] = triangles
+    corner_ids.reshape(-1, TRIANGLE.words)[:, TRIANGLE.material] = mesh.material_ids
+    return vertices, np.ascontiguousarray(tangents).ravel(), corner_ids.view(np.float32)
 
 
-def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:
+def _unit(normals: Words) -> Words:
     wide = normals.astype(np.float64)
     wide /= np.maximum(np.linalg.norm(wide, axis=1, keepdims=True), 1e-300)
     return wide.astype(np.float32)
-
-
-def mesh_tree(mesh: Mesh) -> bvh.WideTree:
-    """Return the tree of a mesh that has been packed."""
-    return next(iter(_PACKED[mesh].values())).tree

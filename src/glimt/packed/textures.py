@@ -1,7 +1,6 @@
 """Textures as mip-mapped texels of 10:10:10 bits."""
 
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,56 +13,80 @@ Use = Literal["color", "data"]
 _BAND = 256  # rows of the largest level that are decoded at a time: bounds the memory of huge images
 
 
-@dataclass
+class _Pyramid(NamedTuple):
+    """The levels of one image: their sizes (width, height), and all their texels as a part of the joined ones."""
+
+    pixels: NDArray[Any]  # known by their place in memory, which must not be given away
+    sizes: list[tuple[int, int]]
+    texels: NDArray[np.int32]
+
+
+_Key = tuple[Any, ...]
+
+
 class TexturePacker:
-    """Collects textures; equal pixel arrays are stored once for each use.
+    """Collects the textures of a scene, again and again; equal pixel arrays are stored once for each use.
+
+    Pyramids of the scene before are kept, as parts of its joined texels.
 
     A colour is stored as the square root of its linear value, which spends the bits about as sRGB does and averages
     in linear light; data (normals) is stored as it is.
     """
 
-    records: list[Any] = field(default_factory=list)
-    levels: list[tuple[int, int, int]] = field(default_factory=list)
-    texels: list[NDArray[np.int32]] = field(default_factory=list)
-    _texel_count: int = 0
-    _pyramids: dict[tuple[int, Use], tuple[int, int]] = field(default_factory=dict)
-    _ids: dict[tuple[int, Use], int] = field(default_factory=dict)
+    def __init__(self) -> None:
+        self._used: dict[tuple[Texture, Use], int] = {}
+        self._pyramids: dict[_Key, _Pyramid] = {}
+        self._joined: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None
 
     def add(self, texture: Texture | None, use: Use) -> int:
-        """Return the index of the texture's record, -1 for none."""
-        if texture is None:
-            return -1
-        if (id(texture), use) not in self._ids:
-            self._ids[id(texture), use] = len(self.records)
-            first, count = self._add_pyramid(texture, use)
-            record = np.zeros((), dtype(TEXTURE))
-            record["first_level"], record["levels"] = first, count
+        """Return the index that the texture's record will have, -1 for none."""
+        return -1 if texture is None else self._used.setdefault((texture, use), len(self._used))
+
+    def finish(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+        """Return (textures, levels, texels) of all that was added, one empty entry each for none; then start anew."""
+        used, self._used = self._used, {}
+        wanted = {_key(texture, use): (texture, use) for texture, use in used}
+        if self._joined is None or list(wanted) != list(self._pyramids):
+            self._pyramids = {key: self._pyramids.get(key) or _pyramid(*wanted[key]) for key in wanted}
+            self._joined = self._join()
+        records = np.zeros(max(1, len(used)), dtype(TEXTURE))
+        first_level, first = {}, 0
+        for key, known in self._pyramids.items():
+            first_level[key], first = first, first + len(known.sizes)
+        for record, (texture, use) in zip(records, used, strict=False):
+            key = _key(texture, use)
+            record["first_level"], record["levels"] = first_level[key], len(self._pyramids[key].sizes)
             record["clamp"] = texture.wrap == "clamp"
             record["scale"], record["offset"] = texture.scale, texture.offset
-            self.records.append(record)
-        return self._ids[id(texture), use]
+        return records.view(np.float32), *self._joined
 
-    def _add_pyramid(self, texture: Texture, use: Use) -> tuple[int, int]:
-        key = (id(texture.pixels), use)
-        if key not in self._pyramids:
-            first = len(self.levels)
-            for level in pyramid(texture, use):
-                height, width = level.shape
-                self.levels.append((self._texel_count, width, height))
-                wrapped = np.concatenate([level, level[:, :1]], 1)
-                self.texels.append(wrapped.ravel())
-                self._texel_count += wrapped.size
-            self._pyramids[key] = first, len(self.levels) - first
-        return self._pyramids[key]
+    def _join(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return (levels, texels) of all pyramids, which become parts of them."""
+        sizes = np.array([size for known in self._pyramids.values() for size in known.sizes], np.int64).reshape(-1, 2)
+        counts = (sizes[:, 0] + 1) * sizes[:, 1]
+        levels = np.zeros(max(1, len(sizes)), dtype(LEVEL))
+        levels["first_texel"][:len(sizes)] = np.cumsum(counts) - counts
+        levels["width"][:len(sizes)], levels["height"][:len(sizes)] = sizes.T
+        texels, first = np.zeros(max(1, int(counts.sum())), np.int32), 0
+        for key, known in self._pyramids.items():
+            part = texels[first:first + known.texels.size]
+            part[:] = known.texels
+            self._pyramids[key] = known._replace(texels=part)
+            first += part.size
+        return levels.view(np.float32), texels.view(np.float32)
 
-    def arrays(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """Return (textures, levels, texels) as words, one empty entry each where there is nothing."""
-        records = np.array(self.records or [np.zeros((), dtype(TEXTURE))], dtype(TEXTURE))
-        levels = np.zeros(max(1, len(self.levels)), dtype(LEVEL))
-        for name, column in zip(("first_texel", "width", "height"), zip(*self.levels, strict=True), strict=False):
-            levels[name] = column
-        texels = np.concatenate(self.texels) if self.texels else np.zeros(1, np.int32)
-        return records.view(np.float32), levels.view(np.float32), texels.view(np.float32)
+
+def _key(texture: Texture, use: Use) -> _Key:
+    """Return what equal pixel arrays share, be they views of each other."""
+    pixels = texture.pixels
+    return pixels.__array_interface__["data"][0], pixels.shape, pixels.strides, texture.encoding, use
+
+
+def _pyramid(texture: Texture, use: Use) -> _Pyramid:
+    """Return an image's levels, rows ending with their first texel."""
+    levels = pyramid(texture, use)
+    texels = np.concatenate([np.concatenate([level, level[:, :1]], 1).ravel() for level in levels])
+    return _Pyramid(texture.pixels, [(level.shape[1], level.shape[0]) for level in levels], texels)
 
 
 def pyramid(texture: Texture, use: Use) -> list[NDArray[np.int32]]:

@@ -20,7 +20,8 @@ class Texture:
     Parameters
     ----------
     pixels : (height, width, 3) uint8 or float32
-        Row 0 on top. uint8 counts 0..255, float32 0..1.
+        Row 0 on top. uint8 counts 0..255, float32 0..1. Never changed in place (the engine keeps their mip levels): for
+        another image give the texture another array.
     encoding : "srgb" or "linear"
         "srgb" for colour, decoded before use. "linear" for data: a normal map stores ``normal / 2 + 1 / 2`` in RGB,
         +X right, +Y up (OpenGL's convention), +Z out of the surface.
@@ -52,5 +53,7 @@ class Texture:
         self.pixels = checks.array(owner, "pixels", self.pixels, (None, None, 3), dtype)
         if 0 in self.pixels.shape:
             raise GlimtError(f"{owner}: the image has no pixels")
+        self.pixels = self.pixels.view()
+        self.pixels.flags.writeable = False
         self.scale = checks.pair(owner, "scale", self.scale)
         self.offset = checks.pair(owner, "offset", self.offset)
