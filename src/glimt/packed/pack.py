@@ -45,7 +45,7 @@ class Packer:
 
     def __init__(self, threads: int = 1) -> None:
         self._threads = threads
-        self._textures = TexturePacker()
+        self._textures = TexturePacker(threads)
         self._uses: list[MeshUse] | None = None
         self._geometry: Geometry
         self._boxes: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None

@@ -1,5 +1,6 @@
 """Textures as mip-mapped texels of 10:10:10 bits."""
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -33,7 +34,8 @@ class TexturePacker:
     in linear light; data (normals) is stored as it is.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, threads: int = 1) -> None:
+        self._threads = threads
         self._used: dict[tuple[Texture, Use], int] = {}
         self._pyramids: dict[_Key, _Pyramid] = {}
         self._joined: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None
@@ -47,7 +49,10 @@ class TexturePacker:
         used, self._used = self._used, {}
         wanted = {_key(texture, use): (texture, use) for texture, use in used}
         if self._joined is None or list(wanted) != list(self._pyramids):
-            self._pyramids = {key: self._pyramids.get(key) or _pyramid(*wanted[key]) for key in wanted}
+            new = {key: wanted[key] for key in wanted if key not in self._pyramids}
+            with ThreadPoolExecutor(self._threads) as pool:  # NumPy lets go of the GIL
+                made = dict(zip(new, pool.map(lambda each: _pyramid(*each), new.values()), strict=True))
+            self._pyramids = {key: self._pyramids.get(key) or made[key] for key in wanted}
             self._joined = self._join()
         records = np.zeros(max(1, len(used)), dtype(TEXTURE))
         first_level, first = {}, 0
@@ -92,12 +97,10 @@ def _pyramid(texture: Texture, use: Use) -> _Pyramid:
 def pyramid(texture: Texture, use: Use) -> list[NDArray[np.int32]]:
     """Return the texels of all levels, (h, w) each, halving down to one texel."""
     height = len(texture.pixels)
+    levels = [_encode_image(texture, use)]
     if height <= _BAND:
         level = _decode(texture, 0, height)
-        levels = [_encode(level, use)]
     else:
-        levels = [np.concatenate([_encode(_decode(texture, start, min(start + _BAND, height)), use)
-                                  for start in range(0, height, _BAND)])]
         level = _halve_in_bands(texture)
         levels.append(_encode(level, use))
     while level.shape[0] > 1 or level.shape[1] > 1:
@@ -106,13 +109,30 @@ def pyramid(texture: Texture, use: Use) -> list[NDArray[np.int32]]:
     return levels
 
 
+def _encode_image(texture: Texture, use: Use) -> NDArray[np.int32]:
+    """Return the texels of level 0: of bytes through a table, of floats in bands."""
+    pixels = texture.pixels
+    if pixels.dtype == np.uint8:
+        codes = _codes(_byte_values(texture), use)
+        red, green, blue = (np.take(codes << (TEXEL_BITS * k), pixels[..., k]) for k in range(3))
+        red |= green
+        red |= blue
+        return np.asarray(red, np.int32)
+    return np.concatenate([_encode(_decode(texture, start, start + _BAND), use)
+                           for start in range(0, len(pixels), _BAND)])
+
+
+def _byte_values(texture: Texture) -> NDArray[np.float32]:
+    """Return the linear values of bytes, (256,)."""
+    values = np.arange(256, dtype=np.float32) / np.float32(255)
+    return srgb_to_linear(values) if texture.encoding == "srgb" else values
+
+
 def _decode(texture: Texture, start: int, end: int) -> NDArray[np.float32]:
     """Return rows of the image as linear float32."""
     rows = texture.pixels[start:end]
     if rows.dtype == np.uint8:
-        table = np.arange(256, dtype=np.float32) / np.float32(255)
-        table = srgb_to_linear(table) if texture.encoding == "srgb" else table
-        return np.asarray(table[rows], np.float32)
+        return np.take(_byte_values(texture), rows)
     return srgb_to_linear(rows) if texture.encoding == "srgb" else rows.astype(np.float32)
 
 
@@ -144,7 +164,12 @@ def _halve(level: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
 
 def _encode(level: NDArray[np.float32], use: Use) -> NDArray[np.int32]:
     """Return (h, w) words of 10:10:10 bits."""
-    level = np.clip(level, np.float32(0), np.float32(1))
-    values = (np.sqrt(level) if use == "color" else level) * np.float32(TEXEL_MAX) + np.float32(0.5)
-    bits = values.astype(np.int32)
+    bits = _codes(level, use)
     return bits[..., 0] | bits[..., 1] << TEXEL_BITS | bits[..., 2] << (2 * TEXEL_BITS)
+
+
+def _codes(values: NDArray[np.float32], use: Use) -> NDArray[np.int32]:
+    """Return the bits of each value by itself."""
+    values = np.clip(values, np.float32(0), np.float32(1))
+    values = (np.sqrt(values) if use == "color" else values) * np.float32(TEXEL_MAX) + np.float32(0.5)
+    return values.astype(np.int32)

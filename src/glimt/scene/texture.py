@@ -53,7 +53,8 @@ class Texture:
         self.pixels = checks.array(owner, "pixels", self.pixels, (None, None, 3), dtype)
         if 0 in self.pixels.shape:
             raise GlimtError(f"{owner}: the image has no pixels")
-        self.pixels = self.pixels.view()
-        self.pixels.flags.writeable = False
+        if self.pixels.flags.writeable:
+            self.pixels = self.pixels.view()
+            self.pixels.flags.writeable = False
         self.scale = checks.pair(owner, "scale", self.scale)
         self.offset = checks.pair(owner, "offset", self.offset)

@@ -92,12 +92,21 @@ _helper: Helper | None = None
 
 
 def begin() -> None:
-    """Start compiling in the background if that is needed and can help; `compile_kernels` takes the result."""
+    """Start in the background to load machine code; or to compile it, and `compile_kernels` takes the result."""
     global _helper
+    if is_ready(render_tiles):
+        threading.Thread(target=_load, name="glimt-load", daemon=True).start()  # LLVM works without the GIL
+        return
     alone = (os.cpu_count() or 1) == 1 or "python" not in os.path.basename(sys.executable or "").lower()
     uncached = isinstance(render_tiles._cache, caching.NullCache)
-    if _helper is None and not (alone or uncached or is_ready(render_tiles)):
+    if _helper is None and not (alone or uncached):
         _helper = Helper()
+
+
+def _load() -> None:
+    box = np.zeros((2, 3), np.float32)
+    bvh.build(box, box + 1)
+    compile_frame(lambda stage, share: None)
 
 
 def compile_kernels(progress: Progress) -> None:
