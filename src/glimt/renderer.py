@@ -61,7 +61,11 @@ class Renderer:
         self.update(progress)
 
     def update(self, progress: Progress | None = None) -> None:
-        """Take over changed objects and materials; trees of meshes that are already known are kept."""
+        """Take over changed objects and materials.
+
+        What has not changed is kept: trees above all. Meshes and the pixels of textures are never changed in place; a
+        moved mesh is another one (`Mesh.with_positions`).
+        """
         if progress:
             progress("building trees", 0.0)
         self._packed = self._packer.pack(self.scene)

@@ -67,6 +67,7 @@ def pack_mesh(mesh: Mesh, with_tangents: bool, threads: int) -> PackedMesh:
         tree = bvh.build(*_boxes(mesh), threads)
         packed = PackedMesh(tree.nodes, _leaf_blocks(mesh, tree.leaf_prims), *_shading_arrays(mesh, with_tangents),
                             0, 0, 0, tuple(range(len(mesh.materials))), tree.depth, with_tangents)
+        mesh.moved_from = None
         remember(mesh, packed)
     elif packed.with_tangents != with_tangents:
         vertices, tangents, triangles = _shading_arrays(mesh, with_tangents)

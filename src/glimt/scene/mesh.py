@@ -1,11 +1,13 @@
 """Triangles in object space."""
 
+import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from glimt import linalg
 from glimt.errors import GlimtError
 from glimt.scene import checks
 from glimt.scene.material import Material
@@ -16,7 +18,7 @@ class Mesh:
     """Triangles with shared vertices; counter-clockwise is the front, both sides are drawn.
 
     A corner where normals or texcoords differ is two vertices. Arrays are checked and copied to the types below;
-    after that a mesh is not changed (the engine keeps its tree).
+    after that a mesh is not changed (the engine keeps its tree): for moved vertices see `with_positions`.
 
     Parameters
     ----------
@@ -40,6 +42,8 @@ class Mesh:
     materials: list[Material] = field(default_factory=lambda: [Material()])
     material_ids: NDArray[np.int32] | None = None
     name: str = "mesh"
+    moved_from: "Mesh | None" = field(default=None, init=False, repr=False)
+    """The mesh whose tree fits this one's triangles; forgotten as soon as this one has a tree of its own."""
 
     def __post_init__(self) -> None:
         owner = f"mesh {self.name!r}"
@@ -79,5 +83,41 @@ class Mesh:
     def _bounds(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         if not len(self.triangles):
             return np.zeros(3, np.float32), np.zeros(3, np.float32)
-        corners = self.positions[self.triangles.ravel()]
-        return corners.min(0), corners.max(0)
+        corners = [self.positions[column] for column in self.triangles.T]
+        return np.min([each.min(0) for each in corners], 0), np.max([each.max(0) for each in corners], 0)
+
+    def with_positions(self, positions: ArrayLike, normals: ArrayLike | None = None) -> "Mesh":
+        """Return this mesh with its vertices elsewhere, for an animation.
+
+        Give it to the instances in place of this one and call `Renderer.update`: the tree is fitted to the moved
+        triangles, which takes a small part of the time of building one. Rays slow down as the mesh loses its first
+        shape; a `Mesh` made anew gets a new tree.
+
+        Parameters
+        ----------
+        positions : (n, 3) float32
+        normals : (n, 3) float32, optional
+            None: means of the moved triangles' normals, weighted by area; a mesh without normals stays flat.
+        """
+        owner, count = f"mesh {self.name!r}", len(self.positions)
+        moved = copy.copy(self)
+        moved.__dict__.pop("_bounds", None)
+        moved.materials = list(self.materials)
+        moved.positions = checks.coordinates(owner, "positions", positions, (count, 3))
+        if normals is not None:
+            moved.normals = checks.coordinates(owner, "normals", normals, (count, 3))
+        elif self.normals is not None:
+            moved.normals = _mean_normals(moved.positions, self.triangles, self.normals)
+        moved.moved_from = self.moved_from or self
+        return moved
+
+
+def _mean_normals(positions: NDArray[np.float32], triangles: NDArray[np.int32],
+                  otherwise: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return (n, 3) unit normals, means of the triangles around each vertex; `otherwise` where they cancel out."""
+    a, b, c = (positions[column].astype(np.float64) for column in triangles.T)
+    faces = np.cross(b - a, c - a)
+    sums = sum(np.stack([np.bincount(column, faces[:, axis], len(positions)) for axis in range(3)], 1)
+               for column in triangles.T)
+    unit = linalg.normalize(sums)
+    return np.where(unit.any(1, keepdims=True), unit, otherwise).astype(np.float32)
