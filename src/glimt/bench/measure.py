@@ -4,7 +4,7 @@ import os
 import platform
 import statistics
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -16,20 +16,52 @@ from glimt import __version__
 from glimt.kernel import host_features, host_lanes, host_name
 
 Run = Callable[[], None]
+Tell = Callable[[str], None]
+
+_PAUSE_SECONDS = 0.05
+"""Idle time before a block: threads that the one before has left spinning go to sleep."""
+_MOST_BLOCK_SECONDS = 2.0
 
 
 def interleave(runs: Mapping[str, Run], rounds: int) -> dict[str, list[float]]:
     """Return the seconds of each run, one for each round; every round starts with another run, after one to warm up."""
-    names = list(runs)
-    for name in names:
-        runs[name]()
-    seconds: dict[str, list[float]] = {name: [] for name in names}
-    for turn in range(rounds):
-        for name in names[turn % len(names):] + names[:turn % len(names)]:
-            start = time.perf_counter()
-            runs[name]()
-            seconds[name].append(time.perf_counter() - start)
+    for run in runs.values():
+        run()
+    seconds: dict[str, list[float]] = {name: [] for name in runs}
+    for name in _turns(runs, rounds):
+        seconds[name].append(_timed(runs[name]))
     return seconds
+
+
+def interleave_blocks(runs: Mapping[str, Run], rounds: int, length: int) -> dict[str, list[list[float]]]:
+    """Return the seconds of each run by round, for runs whose steady state counts.
+
+    Each turn is a pause, one run that is not timed and a block of `length` that are; a block ends early after two
+    seconds.
+    """
+    seconds: dict[str, list[list[float]]] = {name: [] for name in runs}
+    for name in _turns(runs, rounds):
+        time.sleep(_PAUSE_SECONDS)
+        runs[name]()
+        block: list[float] = []
+        while len(block) < length and sum(block) < _MOST_BLOCK_SECONDS:
+            block.append(_timed(runs[name]))
+        seconds[name].append(block)
+    return seconds
+
+
+def _turns(runs: Mapping[str, Run], rounds: int) -> Iterator[str]:
+    """Yield names round by round, each time starting with another one."""
+    names = list(runs)
+    for turn in range(rounds):
+        start = turn % len(names)
+        yield from names[start:] + names[:start]
+
+
+def _timed(run: Run) -> float:
+    start = time.perf_counter()
+    run()
+    return time.perf_counter() - start
 
 
 def over_threads(pool: ThreadPoolExecutor, threads: int, work: Callable[[NDArray[np.int64]], None]) -> None:
@@ -39,9 +71,20 @@ def over_threads(pool: ThreadPoolExecutor, threads: int, work: Callable[[NDArray
         job.result()
 
 
-def median(values: list[float]) -> float:
+def median(values: Iterable[float]) -> float:
     """Return the median."""
     return statistics.median(values)
+
+
+def quotient(above: list[list[float]], below: list[list[float]]) -> float:
+    """Return the median over rounds of the quotient of two blocks' medians: how fast a round was does not matter."""
+    return median([median(a) / median(b) for a, b in zip(above, below, strict=True)])
+
+
+def milliseconds(blocks: list[list[float]]) -> dict[str, float]:
+    """Return median, 10th and 90th percentile of all times of a run."""
+    values = 1e3 * np.concatenate(blocks)
+    return {name: float(np.percentile(values, share)) for name, share in (("median", 50), ("p10", 10), ("p90", 90))}
 
 
 def machine() -> dict[str, Any]:

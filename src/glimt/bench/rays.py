@@ -8,30 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt import linalg
-from glimt.bench.embree import Configuration, Embree
-from glimt.bench.measure import interleave, machine, median, over_threads
+from glimt.bench.embree import EmbreeScene
+from glimt.bench.embree_rays import Configuration, Tracers
+from glimt.bench.measure import Tell, interleave, machine, median, over_threads
 from glimt.engines.cpu.kernels.query import find_blocked, find_hits
+from glimt.layout import COUNTER_STRIDE, VIEW
 from glimt.packed import PackedScene, pack
 from glimt.scene.camera import Camera
 from glimt.scene.mesh import Mesh
 from glimt.scene.scene import Scene
 
 Rays = NDArray[np.float32]
-CONFIGURATIONS = [Configuration(quality, width, coherent) for quality in ("medium", "high")
-                  for width, coherent in ((16, True), (16, False), (1, False))]
 _GRANULE = 16  # ray sets are cut to whole packets of every width
 
 
 class RaySet(NamedTuple):
-    """Rays of one kind: (7, n) origins, directions and how far they look; whether only being blocked is asked.
-
-    shared_origin: whether all start in one point.
-    """
+    """Rays of one kind: (7, n) origins, directions and ends, and whether only being blocked before 1 is asked."""
 
     kind: str
     rays: Rays
     occlusion: bool
-    shared_origin: bool
 
 
 def ray_sets(mesh: Mesh, packed: PackedScene, size: int) -> list[RaySet]:
@@ -56,24 +52,22 @@ def ray_sets(mesh: Mesh, packed: PackedScene, size: int) -> list[RaySet]:
     mirrored = direction - 2 * normal * (normal * direction).sum(1, keepdims=True)
     random = np.random.default_rng(1)
     ends = random.uniform(lo - 0.1 * (hi - lo), hi + 0.1 * (hi - lo), (2, primary.shape[1], 3))
-    return [RaySet("primary", primary, False, True),
-            RaySet("shadow", _join(point, light - point, 1.0), True, False),
-            RaySet("mirror", _join(point, mirrored), False, False),
-            RaySet("incoherent", _join(ends[0], linalg.normalize(ends[1] - ends[0])), False, False)]
+    return [RaySet("primary", primary, False), RaySet("shadow", _join(point, light - point, end=1.0), True),
+            RaySet("mirror", _join(point, mirrored), False),
+            RaySet("incoherent", _join(ends[0], linalg.normalize(ends[1] - ends[0])), False)]
 
 
-def _join(origins: NDArray[Any], directions: NDArray[Any], t_max: float = np.inf) -> Rays:
+def _join(origins: NDArray[Any], directions: NDArray[Any], end: float = np.inf) -> Rays:
     count = len(origins) // _GRANULE * _GRANULE
-    rays = np.full((7, count), t_max, np.float32)
-    rays[:3], rays[3:6] = origins[:count].T, directions[:count].T
-    return rays
+    ends = np.full((1, count), end)
+    return np.ascontiguousarray(np.concatenate([origins[:count].T, directions[:count].T, ends]), np.float32)
 
 
 def _primary(camera: Camera, size: int) -> Rays:
-    """Return the camera's rays in packets of 4×4 pixels within blocks of 8×8 within tiles of 16×16, as the engine."""
-    index = np.arange(size * size).reshape(size // 16, size // 16, 2, 2, 2, 2, 4, 4)
-    tile_y, tile_x, block_y, block_x, packet_y, packet_x, y, x = np.unravel_index(index.ravel(), index.shape)
-    column, row = tile_x * 16 + block_x * 8 + packet_x * 4 + x, tile_y * 16 + block_y * 8 + packet_y * 4 + y
+    """Return the camera's rays in blocks of 4×4 pixels within tiles of 16×16: the order of the engine."""
+    index = np.arange(size * size).reshape(size // 16, size // 16, 4, 4, 4, 4)
+    tile_y, tile_x, block_y, block_x, y, x = np.unravel_index(index.ravel(), index.shape)
+    column, row = tile_x * 16 + block_x * 4 + x, tile_y * 16 + block_y * 4 + y
     basis, reach = camera.basis(), np.tan(np.radians(camera.fov_deg) / 2)
     right, up = (2 * column + 1) / size - 1, 1 - (2 * row + 1) / size
     directions = basis.look + reach * (right[:, None] * basis.right + up[:, None] * basis.up)
@@ -82,19 +76,20 @@ def _primary(camera: Camera, size: int) -> Rays:
 
 def _hits(packed: PackedScene, rays: Rays) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     floats, ids = np.zeros((3, rays.shape[1]), np.float32), np.zeros((2, rays.shape[1]), np.int32)
-    find_hits(packed, rays, True, floats, ids, np.zeros(1, np.int64))
+    find_hits(packed, rays[:6], floats, ids, np.zeros(1, np.int64), np.zeros(VIEW.words, np.float32),
+              np.zeros(COUNTER_STRIDE, np.int64))
     return floats, ids
 
 
 def measure_mesh(mesh: Mesh, size: int = 1024, threads: tuple[int, ...] = (1,), rounds: int = 5,
-                 tell: Callable[[str], None] = lambda text: None) -> list[dict[str, Any]]:
+                 tell: Tell = lambda text: None) -> list[dict[str, Any]]:
     """Return a row for each kind of ray and number of threads.
 
     A row holds Mrays/s of glimt and of every Embree configuration (medians), the best of those, `ratio`, which is
     glimt's rate through the best one's, and `differing`, rays per million whose answer differs from Embree's.
     """
-    packed = pack(Scene().add(mesh), threads=max(threads))
-    embree = Embree(mesh.positions, mesh.triangles)
+    scene = Scene().add(mesh)
+    packed, embree = pack(scene, threads=max(threads)), Tracers(EmbreeScene(scene))
     rows = []
     with ThreadPoolExecutor(max(threads)) as pool:
         for ray_set in ray_sets(mesh, packed, size // 16 * 16):
@@ -104,27 +99,29 @@ def measure_mesh(mesh: Mesh, size: int = 1024, threads: tuple[int, ...] = (1,), 
     return rows
 
 
-def _measure_set(mesh: Mesh, packed: PackedScene, embree: Embree, ray_set: RaySet, pool: ThreadPoolExecutor,
+def _measure_set(mesh: Mesh, packed: PackedScene, embree: Tracers, ray_set: RaySet, pool: ThreadPoolExecutor,
                  threads: int, rounds: int) -> dict[str, Any]:
-    rays, n = ray_set.rays, ray_set.rays.shape[1]
-    floats, ids, blocked = np.zeros((3, n), np.float32), np.zeros((2, n), np.int32), np.zeros(n, np.float32)
+    rays, n = ray_set.rays[:6], ray_set.rays.shape[1]
+    floats, ids, blocked = np.zeros((3, n), np.float32), np.zeros((2, n), np.int32), np.zeros(n, np.int32)
+    view, counters = np.zeros(VIEW.words, np.float32), np.zeros(COUNTER_STRIDE, np.int64)
     t, prims = np.zeros(n, np.float32), np.zeros(n, np.int32)
 
     def ours(chunk: NDArray[np.int64]) -> None:
         if ray_set.occlusion:
-            find_blocked(packed, rays, ray_set.shared_origin, blocked, chunk)
+            find_blocked(packed, rays, blocked, chunk, view, counters)
         else:
-            find_hits(packed, rays, ray_set.shared_origin, floats, ids, chunk)
+            find_hits(packed, rays, floats, ids, chunk, view, counters)
 
     def theirs(how: Configuration) -> Callable[[], None]:
-        tracer = embree.tracer(how, ray_set.occlusion)
-        return lambda: over_threads(pool, threads, lambda chunk: tracer(rays, t, prims, chunk))
+        trace = embree.get(how, ray_set.occlusion)
+        return lambda: over_threads(pool, threads, lambda chunk: trace(ray_set.rays, t, prims, chunk))
 
-    runs = {"glimt": lambda: over_threads(pool, threads, ours)} | {str(how): theirs(how) for how in CONFIGURATIONS}
+    ways = embree.configurations
+    runs = {"glimt": lambda: over_threads(pool, threads, ours)} | {str(how): theirs(how) for how in ways}
     rates = {name: n / median(seconds) / 1e6 for name, seconds in interleave(runs, rounds).items()}
-    runs[str(CONFIGURATIONS[-1])]()
+    runs[str(ways[-1])]()
     wrong = (blocked > 0) != (t < 0) if ray_set.occlusion else ids[0] != prims
-    best = max((str(how) for how in CONFIGURATIONS), key=lambda name: rates[name])
+    best = max((str(how) for how in ways), key=lambda name: rates[name])
     return {"mesh": mesh.name, "triangles": len(mesh.triangles), "kind": ray_set.kind, "threads": threads, "rays": n,
             "mrays": rates, "best": best, "ratio": rates["glimt"] / rates[best],
             "differing": 1e6 * float(wrong.mean())}

@@ -1,13 +1,28 @@
-"""Results as JSON files, as tables, and against each other."""
+"""Results as JSON files, and against each other."""
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from glimt.errors import GlimtError
 
 Result = dict[str, Any]
-_KEYS = ("mesh", "kind", "threads")
+
+
+class Kind(NamedTuple):
+    """A benchmark: the version of its results, what tells their rows apart, and what `ratio` is."""
+
+    version: int
+    keys: tuple[str, ...]
+    ratio: str
+
+
+KINDS = {
+    "rays": Kind(1, ("mesh", "kind", "threads"), "glimt's rate through Embree's best, higher is better"),
+    "frames": Kind(1, ("row", "size", "threads"), "frame time through Embree's for just its rays, lower is better"),
+    "growth": Kind(1, ("series", "count", "threads"), "frame time through that of the first setting in the series, "
+                                                      "lower is better"),
+}
 
 
 def save(path: Path, result: Result) -> None:
@@ -24,39 +39,31 @@ def read(path: Path) -> Result:
         result = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise GlimtError(f"{path}: cannot be read as a result: {error}") from None
-    if not isinstance(result, dict) or result.get("benchmark") != "rays" or result.get("version") != 1:
-        raise GlimtError(f"{path}: is no result of `glimt bench rays`, or one of another version; measure again")
-    return result
-
-
-def table(result: Result) -> str:
-    """Return a Markdown table, with the machine under it."""
-    lines = ["| mesh | rays | threads | glimt, Mrays/s | Embree's best | ratio | differing per million |",
-             "|---|---|---|---|---|---|---|"]
-    for row in result["rows"]:
-        lines.append(f"| {row['mesh']} {row['triangles']:,} | {row['kind']} | {row['threads']} | "
-                     f"{row['mrays']['glimt']:.1f} | {row['mrays'][row['best']]:.1f} ({row['best']}) | "
-                     f"{row['ratio']:.2f} | {row['differing']:.1f} |")
-    machine = result["machine"]
-    lines.append("")
-    lines.append(f"{machine['processor']} ({', '.join(machine['features'])}), {machine['lanes']} lanes, "
-                 f"{machine['cores']} cores; Python {machine['python']}, Numba {machine['numba']}, "
-                 f"glimt {machine['glimt']}.")
-    return "\n".join(lines)
+    kind = KINDS.get(str(result.get("benchmark"))) if isinstance(result, dict) else None
+    if kind is None or result.get("version") != kind.version or not isinstance(result.get("rows"), list):
+        raise GlimtError(f"{path}: is no result of `glimt bench`, or one of another version; measure again")
+    return dict(result)
 
 
 def compare(before: Result, after: Result) -> str:
-    """Return a Markdown table of the rows both have: each ratio to Embree, and how it changed.
+    """Return a Markdown table of the rows both have: each ratio, and how it changed.
 
-    Ratios are compared and not rates, since each was measured against the same yardstick in its own run.
+    Ratios are compared and not times or rates, since both halves of a ratio were measured in turn in one run.
     """
-    old = {tuple(row[key] for key in _KEYS): row for row in before["rows"]}
-    lines = ["| mesh | rays | threads | ratio before | after | change |", "|---|---|---|---|---|---|"]
+    if before["benchmark"] != after["benchmark"]:
+        raise GlimtError(f"a result of `glimt bench {before['benchmark']}` cannot be compared with one of `glimt bench "
+                         f"{after['benchmark']}`")
+    kind = KINDS[after["benchmark"]]
+
+    def key(row: Result) -> tuple[str, ...]:
+        return tuple(str(row[name]) for name in kind.keys)
+
+    old = {key(row): row["ratio"] for row in before["rows"]}
+    lines = [f"| {' | '.join(kind.keys)} | ratio before | after | change |", "|---" * (len(kind.keys) + 3) + "|"]
     for row in after["rows"]:
-        earlier = old.get(tuple(row[key] for key in _KEYS))
-        if earlier:
-            lines.append(f"| {row['mesh']} | {row['kind']} | {row['threads']} | {earlier['ratio']:.2f} | "
-                         f"{row['ratio']:.2f} | {100 * (row['ratio'] / earlier['ratio'] - 1):+.0f} % |")
+        if key(row) in old:
+            earlier, now = old[key(row)], row["ratio"]
+            lines.append(f"| {' | '.join(key(row))} | {earlier:.2f} | {now:.2f} | {100 * (now / earlier - 1):+.0f} % |")
     if len(lines) == 2:
-        raise GlimtError("the two results have no row in common (mesh, kind of rays, threads)")
-    return "\n".join(lines)
+        raise GlimtError(f"the two results have no row in common ({', '.join(kind.keys)})")
+    return "\n".join([*lines, "", f"Ratio: {kind.ratio}."])

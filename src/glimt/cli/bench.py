@@ -1,7 +1,7 @@
 """``glimt bench``: measure, and compare two measurements."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -9,29 +9,95 @@ from glimt.cli.outcome import outcome
 
 bench = typer.Typer(help="Measure glimt against Embree.", no_args_is_help=True, rich_markup_mode=None)
 
+Threads = Annotated[list[int] | None, typer.Option(min=1, max=1024, help="Threads; give it twice for two.")]
+Rounds = Annotated[int, typer.Option(min=1, max=1000, help="How often everything is timed, in turn.")]
+Frames = Annotated[int, typer.Option(min=1, max=10_000, help="Frames timed in each round.")]
+Json = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result here.")]
+Into = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the table here, between <!-- NAME --> and "
+                                                                "<!-- /NAME -->, NAME being that of the command.")]
+PaperScene = Annotated[Path | None, typer.Option(metavar="FILE", help="The paper's scene, by default "
+                                                                      "examples/stone_room.toml.")]
+
 
 @bench.command()
 def rays(
     meshes: Annotated[list[Path], typer.Argument(metavar="MESH...", help="OBJ files.")],
     size: Annotated[int, typer.Option(min=16, max=4096, help="Side of the picture whose rays are traced.")] = 1024,
-    threads: Annotated[list[int] | None, typer.Option(min=1, max=1024, help="Threads; give it twice for two.")] = None,
-    rounds: Annotated[int, typer.Option(min=1, max=1000, help="How often everything is timed, in turn.")] = 5,
-    json: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result here.")] = None,
+    subdivide: Annotated[int, typer.Option(min=0, max=6, help="How often each triangle is cut into four.")] = 0,
+    threads: Threads = None, rounds: Rounds = 5, json: Json = None, into: Into = None,
 ) -> None:
     """Measure rays a second by kind, interleaved with Embree on the same rays."""
     with outcome():
         from glimt.bench import rays as bench_rays
-        from glimt.bench import results
+        from glimt.bench.mesh_sizes import subdivided
         from glimt.io.obj import read_obj
         rows = []
         for path in meshes:
             mesh = read_obj(path)
-            rows += bench_rays.measure_mesh(mesh, size, tuple(threads or [1]), rounds,
-                                            lambda text: typer.echo(text, err=True))
-        result = bench_rays.report(rows)
-        if json:
-            results.save(json, result)
-        print(results.table(result))
+            for _ in range(subdivide):
+                mesh = subdivided(mesh)
+            rows += bench_rays.measure_mesh(mesh, size, tuple(threads or [1]), rounds, _tell)
+        _finish(bench_rays.report(rows), json, into)
+
+
+@bench.command()
+def frames(
+    models: Annotated[Path | None, typer.Option(
+        metavar="FOLDER", help="Where stanford-bunny.obj, armadillo.obj and nefertiti.obj are, at any depth.")] = None,
+    scene: PaperScene = None,
+    rows: Annotated[str | None, typer.Option(
+        metavar="NAME,...", help="Some of room, mirrors, hd, statues, instances; by default all.")] = None,
+    threads: Threads = None, frames: Frames = 10, rounds: Rounds = 5,
+    first_image: Annotated[bool, typer.Option(help="Time whole processes to the first image as well.")] = True,
+    quick: Annotated[bool, typer.Option(help="Small pictures: only to see that everything runs.")] = False,
+    json: Json = None, into: Into = None,
+) -> None:
+    """Measure whole frames while the camera moves, each against Embree's time for just the frame's rays.
+
+    Without --threads with one thread and with one for each processor.
+    """
+    with outcome():
+        from glimt.bench import frames as bench_frames
+        from glimt.bench.first_image import measure_first_image
+        from glimt.bench.frame_scenes import PAPER_SCENE, Missing, chosen_rows, find_sources
+        from glimt.engines.cpu.engine import available_threads
+        found, missing = find_sources(chosen_rows(rows), scene, models)
+        paper = scene or PAPER_SCENE
+        if first_image and not paper.is_file():
+            first_image = False
+            missing.append(Missing("first image", f"{paper} not found; give --scene FILE"))
+        for name, reason in missing:
+            _tell(f"left out: {name}: {reason}")
+        counts = tuple(sorted(set(threads or [1, available_threads()])))
+        result = bench_frames.measure(found, missing, counts, frames, rounds, quick, _tell)
+        if first_image:
+            result["first_image"] = measure_first_image(paper, _tell)
+        _finish(result, json, into)
+
+
+@bench.command()
+def growth(
+    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="OBJ file, best a closed one of 50,000 triangles or "
+                                                              "more.")],
+    scene: PaperScene = None,
+    size: Annotated[int, typer.Option(min=16, max=4096, help="Side of the mesh's pictures.")] = 512,
+    threads: Annotated[int, typer.Option(min=1, max=1024, help="Threads.")] = 1,
+    frames: Frames = 3, rounds: Rounds = 5,
+    quick: Annotated[bool, typer.Option(help="Short series: only to see that everything runs.")] = False,
+    json: Json = None, into: Into = None,
+) -> None:
+    """Measure how a frame's time grows with triangles, instances, lights and bounces."""
+    with outcome():
+        from glimt.bench import growth as bench_growth
+        from glimt.bench.frame_scenes import PAPER_SCENE
+        from glimt.io import load
+        from glimt.io.obj import read_obj
+        if scene is None and not PAPER_SCENE.is_file():
+            _tell(f"left out: lights, bounces: {PAPER_SCENE} not found; give --scene FILE")
+        paper = scene or (PAPER_SCENE if PAPER_SCENE.is_file() else None)
+        limits = bench_growth.Limits(100, 2000, 10) if quick else bench_growth.Limits()
+        _finish(bench_growth.measure(read_obj(mesh), load(paper) if paper else None, size, threads, frames, rounds,
+                                     limits, _tell), json, into)
 
 
 @bench.command()
@@ -41,3 +107,18 @@ def compare(before: Annotated[Path, typer.Argument(metavar="BEFORE")],
     with outcome():
         from glimt.bench import results
         print(results.compare(results.read(before), results.read(after)))
+
+
+def _tell(text: str) -> None:
+    typer.echo(text, err=True)
+
+
+def _finish(result: dict[str, Any], json: Path | None, into: Path | None) -> None:
+    """Print a result's table, and write what is asked for."""
+    from glimt.bench import results, tables
+    text = tables.table(result)
+    print(text)
+    if json:
+        results.save(json, result)
+    if into:
+        tables.write_into(into, result["benchmark"], text)
