@@ -1,6 +1,7 @@
 """Embree 4 as the yardstick: the library inside the `embreex` wheel, called without its Python binding."""
 
 import ctypes
+import functools
 import weakref
 from importlib.util import find_spec
 from pathlib import Path
@@ -43,7 +44,9 @@ _SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
 }
 
 
-def _load_library() -> ctypes.CDLL:
+@functools.cache
+def embree_library() -> ctypes.CDLL:
+    """Return the library, its functions declared."""
     spec = find_spec("embreex")
     if spec is None or spec.origin is None:
         raise GlimtError("the benchmark compares with Embree, which is not installed: pip install 'glimt[bench]'")
@@ -69,22 +72,21 @@ class EmbreeScene:
 
     Attributes
     ----------
-    library : CDLL
     handles : dict of (str, bool) to int
         The RTCScene of each quality, with instances (False) or flattened (True).
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.library = _load_library()
-        self._device = self.library.rtcNewDevice(None)
+        self._library = embree_library()
+        self._device = self._library.rtcNewDevice(None)
         self._buffers: list[Any] = []  # Embree reads the arrays where they are
         self._scenes: list[int] = []
-        self._end = weakref.finalize(self, _release, self.library, self._device, self._scenes, self._buffers)
+        self._end = weakref.finalize(self, _release, self._library, self._device, self._scenes, self._buffers)
         moved = sum(len(thing.mesh.triangles) for thing in scene.instances() if not _stands(thing))
         layouts = (False, True) if 0 < moved <= _MOST_FLAT_TRIANGLES else (False,)
         self.handles = {(name, flat): self._build(scene, quality, flat) for flat in layouts
                         for name, quality in QUALITIES.items()}
-        error = self.library.rtcGetDeviceError(self._device)
+        error = self._library.rtcGetDeviceError(self._device)
         if error:
             raise GlimtError(f"Embree cannot build the scene {scene.name!r}: its error {error}")
 
@@ -99,28 +101,28 @@ class EmbreeScene:
             if id(thing.mesh) not in below:
                 below[id(thing.mesh)] = self._new_scene(quality)
                 self._attach(below[id(thing.mesh)], self._triangles(thing.mesh, linalg.identity()))
-                self.library.rtcCommitScene(below[id(thing.mesh)])
-            instance = self.library.rtcNewGeometry(self._device, _INSTANCE)
+                self._library.rtcCommitScene(below[id(thing.mesh)])
+            instance = self._library.rtcNewGeometry(self._device, _INSTANCE)
             matrix = np.ascontiguousarray(thing.object_to_world, np.float32)  # is copied
-            self.library.rtcSetGeometryInstancedScene(instance, below[id(thing.mesh)])
-            self.library.rtcSetGeometryTransform(instance, 0, _FLOAT3X4_ROWS, matrix.ctypes.data)
+            self._library.rtcSetGeometryInstancedScene(instance, below[id(thing.mesh)])
+            self._library.rtcSetGeometryTransform(instance, 0, _FLOAT3X4_ROWS, matrix.ctypes.data)
             self._attach(whole, instance)
         if scene.spheres():
-            points = self.library.rtcNewGeometry(self._device, _SPHERES)
+            points = self._library.rtcNewGeometry(self._device, _SPHERES)
             records = np.array([[*thing.center, thing.radius] for thing in scene.spheres()], np.float32)
             self._share(points, _VERTEX_BUFFER, _FLOAT4, records)
             self._attach(whole, points)
-        self.library.rtcCommitScene(whole)
+        self._library.rtcCommitScene(whole)
         return whole
 
     def _new_scene(self, quality: int) -> int:
-        handle = int(self.library.rtcNewScene(self._device))
+        handle = int(self._library.rtcNewScene(self._device))
         self._scenes.append(handle)
-        self.library.rtcSetSceneBuildQuality(handle, quality)
+        self._library.rtcSetSceneBuildQuality(handle, quality)
         return handle
 
     def _triangles(self, mesh: Mesh, place: linalg.Array) -> int:
-        geometry = int(self.library.rtcNewGeometry(self._device, _TRIANGLES))
+        geometry = int(self._library.rtcNewGeometry(self._device, _TRIANGLES))
         positions = linalg.transform_points(place, mesh.positions).astype(np.float32)
         self._share(geometry, _VERTEX_BUFFER, _FLOAT3, positions)
         self._share(geometry, _INDEX_BUFFER, _UINT3, mesh.triangles.astype(np.uint32))
@@ -129,13 +131,13 @@ class EmbreeScene:
     def _share(self, geometry: int, kind: int, layout: int, rows: NDArray[Any]) -> None:
         padded = np.concatenate([rows, np.zeros((2, rows.shape[1]), rows.dtype)])  # 16 bytes are read past the end
         self._buffers.append(padded)
-        self.library.rtcSetSharedGeometryBuffer(geometry, kind, 0, layout, padded.ctypes.data, 0, padded.strides[0],
+        self._library.rtcSetSharedGeometryBuffer(geometry, kind, 0, layout, padded.ctypes.data, 0, padded.strides[0],
                                                 len(rows))
 
     def _attach(self, scene: int, geometry: int) -> None:
-        self.library.rtcCommitGeometry(geometry)
-        self.library.rtcAttachGeometry(scene, geometry)
-        self.library.rtcReleaseGeometry(geometry)
+        self._library.rtcCommitGeometry(geometry)
+        self._library.rtcAttachGeometry(scene, geometry)
+        self._library.rtcReleaseGeometry(geometry)
 
 
 def _stands(thing: Instance) -> bool:

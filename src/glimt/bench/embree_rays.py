@@ -1,5 +1,6 @@
 """Rays through Embree, as fast as its callers get it to go."""
 
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -7,12 +8,12 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt.bench.embree import EmbreeScene
+from glimt.bench.embree import EmbreeScene, embree_library
 from glimt.lanes import atomic_add
 
 _COHERENT = 1 << 16  # RTC_RAY_QUERY_FLAG_COHERENT
-_ROWS = 21  # RTCRayHit: 12 words of ray, 9 of hit
-_NEAR, _TIME, _FAR, _MASK, _PRIM, _GEOMETRY = 3, 7, 8, 9, 17, 18
+_ROWS = 21  # words of RTCRayHit: 12 of ray, 9 of hit with the two instance IDs of newer builds
+_FAR, _MASK, _PRIM, _GEOMETRY = 8, 9, 17, 18
 _CHUNK = 4096
 """Rays that a thread takes at once."""
 
@@ -36,8 +37,6 @@ class Tracers:
 
     def __init__(self, scene: EmbreeScene) -> None:
         self._scene = scene
-        self._kernels = {(width, occlusion): _tracer(scene.library, width, occlusion)
-                         for width in (1, 16) for occlusion in (False, True)}
         self.configurations = [Configuration(*trees, width, coherent) for trees in scene.handles
                                for width, coherent in ((16, True), (16, False), (1, False))]
 
@@ -49,7 +48,7 @@ class Tracers:
         """
         arguments = np.zeros(16, np.int32)  # RTCIntersectArguments: flags, feature mask, pointers
         arguments[0], arguments[1] = _COHERENT if how.coherent else 0, -1
-        kernel, scene = self._kernels[how.width, occlusion], self._scene
+        kernel, scene = _tracer(how.width, occlusion), self._scene
 
         def trace(rays: NDArray[np.float32], t: NDArray[np.float32], prims: NDArray[np.int32],
                   chunk: NDArray[np.int64]) -> None:
@@ -58,13 +57,14 @@ class Tracers:
         return trace
 
 
-def _tracer(library: Any, width: int, occlusion: bool) -> Any:
+@functools.cache
+def _tracer(width: int, occlusion: bool) -> Any:
     """Compile a loop that hands rays to Embree `width` at a time.
 
     It copies each ray from arrays into Embree's struct and the answer back: some nanoseconds a packet that a program
     which makes its rays in that struct does not pay, as the engine pays for making its rays.
     """
-    call = getattr(library, f"rtc{'Occluded' if occlusion else 'Intersect'}{width}")
+    call = getattr(embree_library(), f"rtc{'Occluded' if occlusion else 'Intersect'}{width}")
 
     @numba.njit(nogil=True)
     def trace(scene, rays, t, prims, arguments, chunk):  # type: ignore[no-untyped-def]

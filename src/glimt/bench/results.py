@@ -40,9 +40,16 @@ def read(path: Path) -> Result:
     except (OSError, ValueError) as error:
         raise GlimtError(f"{path}: cannot be read as a result: {error}") from None
     kind = KINDS.get(str(result.get("benchmark"))) if isinstance(result, dict) else None
-    if kind is None or result.get("version") != kind.version or not isinstance(result.get("rows"), list):
+    if kind is None or result.get("version") != kind.version or not _has_rows(result, kind):
         raise GlimtError(f"{path}: is no result of `glimt bench`, or one of another version; measure again")
     return dict(result)
+
+
+def _has_rows(result: Result, kind: Kind) -> bool:
+    rows = result.get("rows")
+    return isinstance(rows, list) and all(
+        isinstance(row, dict) and row.keys() >= {*kind.keys, "ratio"} and isinstance(row["ratio"], int | float)
+        and row["ratio"] > 0 for row in rows)
 
 
 def compare(before: Result, after: Result) -> str:
