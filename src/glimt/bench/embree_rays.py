@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.bench.embree import EmbreeScene, embree_library
-from glimt.lanes import atomic_add
+from glimt.lanes import LANES, atomic_add, i32, load, load_int, scalar, select, store, store_scalar
 
 _COHERENT = 1 << 16  # RTC_RAY_QUERY_FLAG_COHERENT
-_ROWS = 21  # words of RTCRayHit: 12 of ray, 9 of hit with the two instance IDs of newer builds
+_WORDS = 21  # of RTCRayHit: 12 of ray, 9 of hit with the two instance IDs of newer builds
+_PLACES = (0, 1, 2, 4, 5, 6, 8)  # of origin, direction and end
 _FAR, _MASK, _PRIM, _GEOMETRY = 8, 9, 17, 18
 _CHUNK = 4096
 """Rays that a thread takes at once."""
@@ -61,53 +62,55 @@ class Tracers:
 def _tracer(width: int, occlusion: bool) -> Any:
     """Compile a loop that hands rays to Embree `width` at a time.
 
-    It copies each ray from arrays into Embree's struct and the answer back: some nanoseconds a packet that a program
-    which makes its rays in that struct does not pay, as the engine pays for making its rays.
+    It copies each ray from arrays into Embree's struct and the answer back, a nanosecond a ray in packets and five
+    alone, which a program that makes its rays in that struct does not pay; nor is it charged for making them, as a
+    frame is.
     """
     call = getattr(embree_library(), f"rtc{'Occluded' if occlusion else 'Intersect'}{width}")
 
     @numba.njit(nogil=True)
     def trace(scene, rays, t, prims, arguments, chunk):  # type: ignore[no-untyped-def]
-        memory = np.zeros(_ROWS * width + 32, np.float32)
+        memory = np.zeros(_WORDS * width + 32, np.float32)
         first_word = (-memory.ctypes.data % 64) // 4
-        floats = memory[first_word:first_word + _ROWS * width].reshape(_ROWS, width)
+        floats = memory[first_word:first_word + _WORDS * width]
         words = floats.view(np.int32)
-        where, how, n = floats.ctypes.data, arguments.ctypes.data, rays.shape[1]
         valid_memory = np.full(32, -1, np.int32)
         first_word = (-valid_memory.ctypes.data % 64) // 4
         valid = valid_memory[first_word:first_word + 16]
-        all_valid = valid.ctypes.data
-        words[_MASK] = -1
+        where, how, mask, n = floats.ctypes.data, arguments.ctypes.data, valid.ctypes.data, rays.shape[1]
+        words[_MASK * width:(_MASK + 1) * width] = -1
         while True:
             first = atomic_add(chunk, 0, 1) * _CHUNK
             if first >= n:
                 return
             for i in range(first, min(first + _CHUNK, n), width):
                 count = min(width, n - i)
-                if count == width:
-                    for axis in range(3):
-                        for k in range(width):
-                            floats[axis, k] = rays[axis, i + k]
-                            floats[4 + axis, k] = rays[3 + axis, i + k]
-                    for k in range(width):
-                        floats[_FAR, k] = rays[6, i + k]
-                        words[_GEOMETRY, k] = -1
+                if count == 16:
+                    for k in range(0, 16, LANES):
+                        for row in range(7):
+                            store(floats, _PLACES[row] * 16 + k, load(rays, row * n + i + k))
+                        store(words, _GEOMETRY * 16 + k, i32(-1))
                 else:
                     for k in range(count):
-                        for axis in range(3):
-                            floats[axis, k] = rays[axis, i + k]
-                            floats[4 + axis, k] = rays[3 + axis, i + k]
-                        floats[_FAR, k] = rays[6, i + k]
-                        words[_GEOMETRY, k] = -1
-                    for k in range(16):
-                        valid[k] = -1 if k < count else 0
+                        for row in range(7):
+                            store_scalar(floats, _PLACES[row] * width + k, scalar(rays, row * n + i + k))
+                        store_scalar(words, _GEOMETRY * width + k, -1)
                 if width == 16:
-                    call(all_valid, scene, where, how)
+                    if count < 16:  # the last packet
+                        valid[count:] = 0
+                    call(mask, scene, where, how)
                 else:
                     call(scene, where, how)
-                for k in range(count):
-                    t[i + k] = floats[_FAR, k]
-                    if not occlusion:
-                        prims[i + k] = words[_PRIM, k] if words[_GEOMETRY, k] != -1 else -1
+                if count == 16:
+                    for k in range(0, 16, LANES):
+                        store(t, i + k, load(floats, _FAR * 16 + k))
+                        if not occlusion:
+                            met = load_int(words, _GEOMETRY * 16 + k) != -1
+                            store(prims, i + k, select(met, load_int(words, _PRIM * 16 + k), -1))
+                else:
+                    for k in range(count):
+                        t[i + k] = floats[_FAR * width + k]
+                        if not occlusion:
+                            prims[i + k] = words[_PRIM * width + k] if words[_GEOMETRY * width + k] != -1 else -1
 
     return trace
