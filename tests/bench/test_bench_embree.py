@@ -9,11 +9,10 @@ import closed_meshes
 from glimt import Instance, Mesh, Scene, Sphere, linalg
 from glimt.bench.embree import EmbreeScene
 from glimt.bench.embree_rays import Tracers
-from glimt.engines.cpu.kernels.query import find_hits
-from glimt.layout import COUNTER_STRIDE, VIEW
+from glimt.bench.glimt_rays import closest_hits
 from glimt.packed import pack
 
-COUNT = 4000  # a multiple of 16 for find_hits; fewer are asked of Embree
+COUNT = 4001
 
 
 def mixed_scene():
@@ -31,12 +30,10 @@ def answers():
     """Rays into that scene and glimt's distances, inf for none."""
     random = np.random.default_rng(3)
     origins, targets = random.uniform(-4, 4, (COUNT, 3)), random.uniform(-3, 3, (COUNT, 3))
-    rays = np.ascontiguousarray(np.concatenate([origins.T, (targets - origins).T]), np.float32)
-    floats, ids = np.zeros((3, COUNT), np.float32), np.zeros((2, COUNT), np.int32)
-    find_hits(pack(mixed_scene()), rays, floats, ids, np.zeros(1, np.int64), np.zeros(VIEW.words, np.float32),
-              np.zeros(COUNTER_STRIDE, np.int64))
+    rays = np.concatenate([origins.T, (targets - origins).T, np.full((1, COUNT), np.inf)]).astype(np.float32)
+    floats, ids = closest_hits(pack(mixed_scene()), rays)
     assert len(np.unique(ids[1])) == 6  # every object is seen, and so is nothing
-    return rays, np.where(ids[1] >= 0, floats[0], np.float32(np.inf))
+    return rays[:6], np.where(ids[1] >= 0, floats[0], np.float32(np.inf))
 
 
 @pytest.fixture(scope="module")

@@ -137,7 +137,7 @@ def test_growth_of_every_series(folder):
     counts = {name: [row["count"] for row in result["rows"] if row["series"] == name] for name in result["fits"]}
     assert counts["triangles"] == sorted(set(counts["triangles"]))
     assert counts["triangles"][-1] == 1280  # 5120 would be beyond what --quick allows
-    assert counts["triangles"][0] < 640
+    assert counts["triangles"][0] == result["instance_triangles"] < 640
     assert counts["instances"] == [1, 9]
     assert counts["lights"][-1] == 16
     assert counts["bounces"][-1] == 10

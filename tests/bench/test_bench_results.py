@@ -24,7 +24,7 @@ ROWS = {
 @pytest.fixture(params=list(ROWS))
 def result(request):
     return {"benchmark": request.param, "version": 1, "machine": MACHINE, "rows": [ROWS[request.param]], "threads": 1,
-            "missing": [{"row": "statues", "reason": "no bunny"}],
+            "mesh": "ball", "instance_triangles": 320, "missing": [{"row": "statues", "reason": "no bunny"}],
             "fits": {"lights": {"ms": 0.5, "at_first": 1.0, "per": "each", "r2": 0.9}}}
 
 

@@ -36,13 +36,14 @@ def measure(mesh: Mesh, scene: Scene | None, size: int, threads: int, frames: in
     """Return the result of all series, to be written as JSON; those of lights and bounces need a scene.
 
     A row holds a setting's frame time in ms and `ratio`, through the time of the first setting of its series, both
-    measured in turn. `fits` has a line through each series by least squares: ms for ten times as many triangles or
-    instances, for each light, for each bounce.
+    measured in turn. Instances are of the mesh with the fewest triangles. `fits` has a line through each series by
+    least squares: ms for ten times as many triangles or instances, for each light, for each bounce.
     """
     rows: list[dict[str, Any]] = []
     fits: dict[str, dict[str, Any]] = {}
-    series: dict[str, Iterator[tuple[int, Scene]]] = {"triangles": _triangles(mesh, size, limits),
-                                                      "instances": _instances(mesh, size, limits)}
+    meshes = sizes(mesh, limits.least_triangles, limits.most_triangles)
+    series: dict[str, Iterator[tuple[int, Scene]]] = {
+        "triangles": _triangles(meshes, size), "instances": _instances(meshes[0], size, limits.most_instances)}
     if scene is not None:
         series |= {"lights": _lights(scene), "bounces": _bounces(scene)}
     for name, settings in series.items():
@@ -55,8 +56,8 @@ def measure(mesh: Mesh, scene: Scene | None, size: int, threads: int, frames: in
         fits[name] = _fit(added, "each" if name in ("lights", "bounces") else "tenfold")
         rows += added
     missing = [] if scene else [Missing("lights, bounces", "no scene")._asdict()]
-    return {"benchmark": "growth", "version": 1, "machine": machine(), "threads": threads, "rows": rows, "fits": fits,
-            "missing": missing}
+    return {"benchmark": "growth", "version": 1, "machine": machine(), "mesh": mesh.name, "threads": threads,
+            "instance_triangles": len(meshes[0].triangles), "rows": rows, "fits": fits, "missing": missing}
 
 
 def _fit(rows: list[dict[str, Any]], per: str) -> dict[str, Any]:
@@ -85,21 +86,21 @@ def _two_lights(center: linalg.Array, reach: float) -> list[Light]:
             PointLight(position=tuple(place.tolist()), radius=1.5 * reach)]
 
 
-def _triangles(mesh: Mesh, size: int, limits: Limits) -> Iterator[tuple[int, Scene]]:
+def _triangles(meshes: list[Mesh], size: int) -> Iterator[tuple[int, Scene]]:
     """Yield the same shape at the same place with more and more triangles."""
-    lo, hi = (bound.astype(np.float64) for bound in mesh.bounds())
+    lo, hi = (bound.astype(np.float64) for bound in meshes[0].bounds())
     camera, lights = Camera.framing(lo, hi), _two_lights((lo + hi) / 2, float((hi - lo).max()))
-    for one in sizes(mesh, limits.least_triangles, limits.most_triangles):
+    for one in meshes:
         yield len(one.triangles), Scene([Instance(one)], lights, camera, _settings(size))
 
 
-def _instances(mesh: Mesh, size: int, limits: Limits) -> Iterator[tuple[int, Scene]]:
+def _instances(mesh: Mesh, size: int, most: int) -> Iterator[tuple[int, Scene]]:
     """Yield a square of n×n instances, each an nth as large, so that they always fill the same part of the picture."""
     lo, hi = (bound.astype(np.float64) for bound in mesh.bounds())
     to_unit = linalg.compose(linalg.scaling(float(1 / (hi - lo).max())), linalg.translation(-(lo + hi) / 2))
     camera = Camera((0.0, 0.0, 2.0), (0.0, 0.0, 0.0), fov_deg=float(2 * np.degrees(np.arctan(0.25))))
     for side in SIDES:
-        if side > 1 and side * side > limits.most_instances:
+        if side > 1 and side * side > most:
             return
         places = ((np.arange(side) + 0.5) / side - 0.5).tolist()
         objects: list[Any] = [Instance(mesh, linalg.compose(linalg.translation((x, y, 0)), linalg.scaling(1 / side),

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from glimt import __version__
 from glimt.kernel import host_features, host_lanes, host_name
 
+Clock = Callable[[], float]
 Run = Callable[[], None]
 Tell = Callable[[str], None]
 
@@ -23,13 +24,13 @@ _PAUSE_SECONDS = 0.05
 _MOST_BLOCK_SECONDS = 2.0
 
 
-def interleave(runs: Mapping[str, Run], rounds: int) -> dict[str, list[float]]:
+def interleave(runs: Mapping[str, Run], rounds: int, clock: Clock = time.perf_counter) -> dict[str, list[float]]:
     """Return the seconds of each run, one for each round; every round starts with another run, after one to warm up."""
     for run in runs.values():
         run()
     seconds: dict[str, list[float]] = {name: [] for name in runs}
     for name in _turns(runs, rounds):
-        seconds[name].append(_timed(runs[name]))
+        seconds[name].append(_timed(runs[name], clock))
     return seconds
 
 
@@ -58,10 +59,10 @@ def _turns(runs: Mapping[str, Run], rounds: int) -> Iterator[str]:
         yield from names[start:] + names[:start]
 
 
-def _timed(run: Run) -> float:
-    start = time.perf_counter()
+def _timed(run: Run, clock: Clock = time.perf_counter) -> float:
+    start = clock()
     run()
-    return time.perf_counter() - start
+    return clock() - start
 
 
 def over_threads(pool: ThreadPoolExecutor, threads: int, work: Callable[[NDArray[np.int64]], None]) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from glimt import linalg
 from glimt.bench.embree import EmbreeScene
 from glimt.bench.embree_rays import Configuration, Tracers
+from glimt.bench.glimt_rays import closest_hits
 from glimt.bench.measure import Tell, interleave, machine, median, over_threads
 from glimt.engines.cpu.kernels.query import find_blocked, find_hits
 from glimt.layout import COUNTER_STRIDE, VIEW
@@ -39,7 +40,7 @@ def ray_sets(mesh: Mesh, packed: PackedScene, size: int) -> list[RaySet]:
     lo, hi = (bound.astype(np.float64) for bound in mesh.bounds())
     camera = Camera.framing(lo, hi)
     primary = _primary(camera, size)
-    floats, ids = _hits(packed, primary)
+    floats, ids = closest_hits(packed, primary)
     found = ids[1] >= 0
     corners = mesh.positions[mesh.triangles[ids[0][found]]].astype(np.float64)
     u, v = floats[1][found, None], floats[2][found, None]
@@ -72,13 +73,6 @@ def _primary(camera: Camera, size: int) -> Rays:
     right, up = (2 * column + 1) / size - 1, 1 - (2 * row + 1) / size
     directions = basis.look + reach * (right[:, None] * basis.right + up[:, None] * basis.up)
     return _join(np.broadcast_to(camera.position, directions.shape), linalg.normalize(directions))
-
-
-def _hits(packed: PackedScene, rays: Rays) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    floats, ids = np.zeros((3, rays.shape[1]), np.float32), np.zeros((2, rays.shape[1]), np.int32)
-    find_hits(packed, rays[:6], floats, ids, np.zeros(1, np.int64), np.zeros(VIEW.words, np.float32),
-              np.zeros(COUNTER_STRIDE, np.int64))
-    return floats, ids
 
 
 def measure_mesh(mesh: Mesh, size: int = 1024, threads: tuple[int, ...] = (1,), rounds: int = 5,

@@ -60,7 +60,8 @@ def _growth(result: Result) -> list[str]:
                      f"{row['ratio']:.2f} |")
     fits = [f"{name} {fit['ms']:+.2f} ms {'each' if fit['per'] == 'each' else 'for ten times as many'} (R² "
             f"{fit['r2']:.2f})" for name, fit in result["fits"].items()]
-    return [*lines, "", f"Least squares: {', '.join(fits)}. Threads: {result['threads']}."]
+    return [*lines, "", f"Least squares: {', '.join(fits)}. Mesh: {result['mesh']}, as instances with "
+            f"{result['instance_triangles']:,} triangles. Threads: {result['threads']}."]
 
 
 _TABLES: dict[str, Callable[[Result], list[str]]] = {"rays": _rays, "frames": _frames, "growth": _growth}
