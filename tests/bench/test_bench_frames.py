@@ -1,5 +1,6 @@
 """The commands that time frames, on small scenes: what they write, and what they say about missing files."""
 
+import functools
 import json
 import os
 from pathlib import Path
@@ -12,6 +13,7 @@ pytest.importorskip("embreex", reason="Embree, the yardstick, is not installed")
 
 import closed_meshes
 from glimt.bench import first_image, frame_scenes, mesh_sizes
+from glimt.bench.measure import Blocks, interleave_blocks, milliseconds, processor_quotient, quotient
 from glimt.bench.steady import orbited
 from glimt.cli.app import app
 from glimt.errors import GlimtError
@@ -84,6 +86,7 @@ def test_frames_of_every_row(folder):
         assert (row["rays"]["mirror"] > 0) == ("mirror" in row["yardstick"]) == (row["bounces"] > 0)
         # Each is one block of one frame, so that the ratio of the two is that of the medians.
         assert row["ratio"] == pytest.approx(row["frame_ms"]["median"] / row["embree_ms"]["median"])
+        assert row["processor_ratio"] > 0
         for kind, per_million in row["differing"].items():
             assert per_million * row["yardstick"][kind]["rays"] <= 4e6, (row["row"], kind)  # rims of spheres
     assert {row["instances"] for row in result["rows"] if row["row"] == "instances"} == {1001}
@@ -185,6 +188,21 @@ def test_a_camera_goes_round_its_target():
     there = orbited(camera, 90)
     np.testing.assert_allclose(there.position, (6, 2, 0), atol=1e-12)
     assert (there.target, there.fov_deg) == (camera.target, camera.fov_deg)
+
+
+def test_a_ratio_is_taken_within_rounds():
+    quick, slow = Blocks([[1, 1, 9], [4, 4, 0]], 0.5), Blocks([[2, 2, 2], [8, 8, 8]], 2.0)
+    assert quotient(quick, slow) == 0.5  # though the second round was four times as slow
+    assert processor_quotient(slow, quick) == 4
+    assert milliseconds(slow)["median"] == 5000
+
+
+def test_blocks_take_turns():
+    order = []
+    runs = {name: functools.partial(order.append, name) for name in "ab"}
+    blocks = interleave_blocks(runs, 2, 2)
+    assert "".join(order) == "aaabbb" + "bbbaaa"  # one run of each block to warm up
+    assert [len(block) for block in blocks["a"].seconds] == [2, 2]
 
 
 def test_first_image_runs_on_an_empty_cache_first(monkeypatch, tmp_path):

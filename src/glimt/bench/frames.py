@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from glimt.bench.frame_scenes import ROWS, Missing, make_scene
-from glimt.bench.measure import Tell, interleave_blocks, machine, milliseconds, quotient
+from glimt.bench.measure import Tell, interleave_blocks, machine, milliseconds, processor_quotient, quotient
 from glimt.bench.steady import SteadyFrames
 from glimt.bench.yardstick import Yardstick
 from glimt.scene.scene import Scene
@@ -18,8 +18,9 @@ def measure_row(name: str, scene: Scene, threads: tuple[int, ...], frames: int, 
     """Return the row of a table for each number of threads.
 
     A row holds the frame's and the yardstick's times in ms, rays by kind, Mrays/s of the frame, and `ratio`, the
-    frame's time through the yardstick's: the median over rounds, in which both were timed in turn. `speedup` is how
-    many times as quick the frame is as with the first number of threads, by the same rule.
+    frame's time through the yardstick's: the median over rounds, in which both were timed in turn. `processor_ratio` is
+    the same of the processor time of all threads, which holds on a busy machine too. `speedup` is how many times as
+    quick the frame is as with the first number of threads.
     """
     tell(f"{name}: Embree's trees, and its best way for each kind of ray")
     yardstick = Yardstick(scene)
@@ -44,9 +45,10 @@ def measure_row(name: str, scene: Scene, threads: tuple[int, ...], frames: int, 
     for count in threads:
         ours, theirs = blocks[f"glimt {count}"], blocks[f"embree {count}"]
         frame_ms = milliseconds(ours)
-        rows.append({**common, "threads": count, "frames": sum(map(len, ours)), "frame_ms": frame_ms,
+        rows.append({**common, "threads": count, "frames": sum(map(len, ours.seconds)), "frame_ms": frame_ms,
                      "embree_ms": milliseconds(theirs), "mrays": rays.rays / frame_ms["median"] / 1e3,
-                     "ratio": quotient(ours, theirs), "speedup": quotient(blocks[f"glimt {threads[0]}"], ours),
+                     "ratio": quotient(ours, theirs), "processor_ratio": processor_quotient(ours, theirs),
+                     "speedup": quotient(blocks[f"glimt {threads[0]}"], ours),
                      "embree_speedup": quotient(blocks[f"embree {threads[0]}"], theirs)})
     return rows
 

@@ -6,7 +6,7 @@ import statistics
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -34,21 +34,31 @@ def interleave(runs: Mapping[str, Run], rounds: int, clock: Clock = time.perf_co
     return seconds
 
 
-def interleave_blocks(runs: Mapping[str, Run], rounds: int, length: int) -> dict[str, list[list[float]]]:
-    """Return the seconds of each run by round, for runs whose steady state counts.
+class Blocks(NamedTuple):
+    """What a run took: seconds of each time by round, and of processor time over all threads, the mean of a time."""
+
+    seconds: list[list[float]]
+    processor: float
+
+
+def interleave_blocks(runs: Mapping[str, Run], rounds: int, length: int) -> dict[str, Blocks]:
+    """Return what each run took, for runs whose steady state counts.
 
     Each turn is a pause, one run that is not timed and a block of `length` that are; a block ends early after two
     seconds.
     """
     seconds: dict[str, list[list[float]]] = {name: [] for name in runs}
+    processor = dict.fromkeys(runs, 0.0)
     for name in _turns(runs, rounds):
         time.sleep(_PAUSE_SECONDS)
         runs[name]()
         block: list[float] = []
+        start = time.process_time()
         while len(block) < length and sum(block) < _MOST_BLOCK_SECONDS:
             block.append(_timed(runs[name]))
+        processor[name] += time.process_time() - start
         seconds[name].append(block)
-    return seconds
+    return {name: Blocks(seconds[name], processor[name] / sum(map(len, seconds[name]))) for name in runs}
 
 
 def _turns(runs: Mapping[str, Run], rounds: int) -> Iterator[str]:
@@ -77,14 +87,20 @@ def median(values: Iterable[float]) -> float:
     return statistics.median(values)
 
 
-def quotient(above: list[list[float]], below: list[list[float]]) -> float:
+def quotient(above: Blocks, below: Blocks) -> float:
     """Return the median over rounds of the quotient of two blocks' medians: how fast a round was does not matter."""
-    return median([median(a) / median(b) for a, b in zip(above, below, strict=True)])
+    return median([median(a) / median(b) for a, b in zip(above.seconds, below.seconds, strict=True)])
 
 
-def milliseconds(blocks: list[list[float]]) -> dict[str, float]:
+def processor_quotient(above: Blocks, below: Blocks) -> float:
+    """Return the quotient of the processor time that two runs took: whoever else used the machine does not matter."""
+    tick = time.get_clock_info("process_time").resolution
+    return max(above.processor, tick) / max(below.processor, tick)
+
+
+def milliseconds(blocks: Blocks) -> dict[str, float]:
     """Return median, 10th and 90th percentile of all times of a run."""
-    values = 1e3 * np.concatenate(blocks)
+    values = 1e3 * np.concatenate(blocks.seconds)
     return {name: float(np.percentile(values, share)) for name, share in (("median", 50), ("p10", 10), ("p90", 90))}
 
 

@@ -27,8 +27,8 @@ def _rays(result: Result) -> list[str]:
 
 
 def _frames(result: Result) -> list[str]:
-    lines = ["| frame | threads | ms (p10–p90) | Mrays | Mrays/s | Embree, just the rays, ms | ratio | speedup "
-             "(Embree's) | differing per million |", "|---|---|---|---|---|---|---|---|---|"]
+    lines = ["| frame | threads | ms (p10–p90) | Mrays | Mrays/s | Embree, just the rays, ms | ratio (of processor time) "
+             "| speedup (Embree's) | differing per million |", "|---|---|---|---|---|---|---|---|---|"]
     ways = []
     for row in result["rows"]:
         ms, rays = row["frame_ms"], row["rays"]
@@ -38,8 +38,8 @@ def _frames(result: Result) -> list[str]:
             f"| {row['title']}, {row['size'][0]}×{row['size'][1]}, {row['samples'] ** 2} per pixel, {row['bounces']} "
             f"bounces | {row['threads']} | {ms['median']:.1f} ({ms['p10']:.1f}–{ms['p90']:.1f}) | "
             f"{' + '.join(f'{rays[kind] / 1e6:.2f}' for kind in ('primary', 'shadow', 'mirror'))} | {row['mrays']:.1f} "
-            f"| {row['embree_ms']['median']:.1f} | {row['ratio']:.2f} | {row['speedup']:.2f} "
-            f"({row['embree_speedup']:.2f}) | {differing:.1f} |")
+            f"| {row['embree_ms']['median']:.1f} | {row['ratio']:.2f} ({row['processor_ratio']:.2f}) | "
+            f"{row['speedup']:.2f} ({row['embree_speedup']:.2f}) | {differing:.1f} |")
         way = f"{row['row']}: " + ", ".join(f"{kind} {entry['configuration']}" for kind, entry in
                                             row["yardstick"].items())
         ways += [way] if way not in ways else []
