@@ -27,8 +27,9 @@ def _rays(result: Result) -> list[str]:
 
 
 def _frames(result: Result) -> list[str]:
-    lines = ["| frame | threads | ms (p10–p90) | Mrays | Mrays/s | Embree, just the rays, ms | ratio (of processor time) "
-             "| speedup (Embree's) | differing per million |", "|---|---|---|---|---|---|---|---|---|"]
+    lines = ["| frame | threads | ms (p10–p90) | Mrays | Mrays/s | Embree, just the rays, ms | "
+             "ratio (of processor time) | speedup (Embree's) | differing per million |",
+             "|---|---|---|---|---|---|---|---|---|"]
     ways = []
     for row in result["rows"]:
         ms, rays = row["frame_ms"], row["rays"]
