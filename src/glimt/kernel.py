@@ -6,6 +6,7 @@ its features, and the lane width: what is found in it always fits.
 """
 
 import contextlib
+import ctypes
 import functools
 import hashlib
 import os
@@ -19,11 +20,13 @@ from typing import Any
 import llvmlite.binding
 import numba
 import platformdirs
-from numba.core import caching, config
+from llvmlite import ir
+from numba.core import caching, cgutils, config
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.runtime import rtsys
+from numba.extending import intrinsic
 
 from glimt.errors import GlimtError
 
@@ -155,7 +158,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 class SharedKernel:
-    """A kernel that others call by its symbol: compiled once for all of them, and beside them when the cache is cold.
+    """A kernel that others call by its address: compiled once for all of them, and beside them when the cache is cold.
 
     Parameters
     ----------
@@ -167,39 +170,60 @@ class SharedKernel:
 
     def __init__(self, function: Callable[..., Any], kinds: tuple[Any, ...]) -> None:
         self.py_func = function
-        self.symbol = f"glimt_{function.__name__}"
-        self.external = numba.types.ExternalFunction(self.symbol, numba.types.int32(*kinds))
-        self._compiled = CFunc(function, (kinds, numba.types.int32), {}, dict(_OPTIONS))
+        compiled: Any = CFunc(function, (kinds, numba.types.int32), {}, dict(_OPTIONS))
         with contextlib.suppress(RuntimeError):
-            self._compiled._cache = _Cache(function)
-        self._registered = False
+            compiled._cache = _Cache(function)
+        self._compiled = compiled
+        self._address = ctypes.c_int64(0)  # kernels find it by its symbol and call what it holds
+        symbol = f"glimt_{function.__name__}_address"
+        llvmlite.binding.add_symbol(symbol, ctypes.addressof(self._address))
+        self.call = _caller(symbol, kinds)
+        self.awaited: Callable[[], object] = lambda: None
+        """Is called before it is compiled: another process may be at it."""
 
     @property
     def overloads(self) -> tuple[Any, ...]:
         """What there is of it in this process, as for other kernels."""
-        return (self._compiled,) if self._registered else ()
+        return (self._compiled,) if self._address.value else ()
 
-    @global_compiler_lock
-    def register(self) -> None:
-        """Make the symbol known, compiling the kernel if this machine has not done so yet."""
-        if not self._registered:
+    @global_compiler_lock  # type: ignore[untyped-decorator]
+    def get_ready(self) -> None:
+        """Load it, or compile it if this machine has not done so yet."""
+        if not self._address.value:
+            self.awaited()
             self._compiled.compile()
-            llvmlite.binding.add_symbol(self.symbol, self._compiled.address)
-            self._registered = True
+            self._address.value = self._compiled.address
+
+
+def _caller(symbol: str, kinds: tuple[Any, ...]) -> Any:
+    """Return what kernels call, with a tuple of arguments, to reach the function whose address is at `symbol`."""
+    @intrinsic
+    def call_shared(typing_context, arguments):  # type: ignore[no-untyped-def]
+        def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            values = [context.cast(builder, value, given, kind) for value, given, kind in zip(
+                cgutils.unpack_tuple(builder, args[0]), arguments.types, kinds, strict=True)]
+            function = ir.FunctionType(ir.IntType(32), [value.type for value in values])
+            cell = builder.module.globals.get(symbol) or ir.GlobalVariable(builder.module, ir.IntType(64), symbol)
+            return builder.call(builder.inttoptr(builder.load(cell), function.as_pointer()), values)
+
+        return numba.types.int32(arguments), emit
+
+    return call_shared
 
 
 def calls(*shared: SharedKernel) -> Callable[[Any], Any]:
-    """Decorate a kernel that calls shared ones: their symbols must be known before its machine code is."""
+    """Decorate a kernel that calls shared ones, which are made ready with it."""
     def decorate(dispatcher: Any) -> Any:
         compile_kernel = dispatcher.compile
 
         @functools.wraps(compile_kernel)
-        def compile_after(signature: Any) -> Any:
+        def compile_with(signature: Any) -> Any:
+            compiled = compile_kernel(signature)
             for other in shared:
-                other.register()
-            return compile_kernel(signature)
+                other.get_ready()
+            return compiled
 
-        dispatcher.compile = compile_after
+        dispatcher.compile = compile_with
         return dispatcher
 
     return decorate

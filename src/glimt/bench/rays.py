@@ -13,7 +13,6 @@ from glimt.bench.embree_rays import Configuration, Tracers
 from glimt.bench.glimt_rays import closest_hits
 from glimt.bench.measure import Tell, interleave, machine, median, over_threads
 from glimt.engines.cpu.kernels.query import find_blocked, find_hits
-from glimt.layout import COUNTER_STRIDE, VIEW
 from glimt.packed import PackedScene, pack
 from glimt.scene.camera import Camera
 from glimt.scene.mesh import Mesh
@@ -24,11 +23,15 @@ _GRANULE = 16  # ray sets are cut to whole packets of every width
 
 
 class RaySet(NamedTuple):
-    """Rays of one kind: (7, n) origins, directions and ends, and whether only being blocked before 1 is asked."""
+    """Rays of one kind: (7, n) origins, directions and how far they look; whether only being blocked is asked.
+
+    shared_origin: whether all start in one point.
+    """
 
     kind: str
     rays: Rays
     occlusion: bool
+    shared_origin: bool
 
 
 def ray_sets(mesh: Mesh, packed: PackedScene, size: int) -> list[RaySet]:
@@ -53,22 +56,24 @@ def ray_sets(mesh: Mesh, packed: PackedScene, size: int) -> list[RaySet]:
     mirrored = direction - 2 * normal * (normal * direction).sum(1, keepdims=True)
     random = np.random.default_rng(1)
     ends = random.uniform(lo - 0.1 * (hi - lo), hi + 0.1 * (hi - lo), (2, primary.shape[1], 3))
-    return [RaySet("primary", primary, False), RaySet("shadow", _join(point, light - point, end=1.0), True),
-            RaySet("mirror", _join(point, mirrored), False),
-            RaySet("incoherent", _join(ends[0], linalg.normalize(ends[1] - ends[0])), False)]
+    return [RaySet("primary", primary, False, True),
+            RaySet("shadow", _join(point, light - point, 1.0), True, False),
+            RaySet("mirror", _join(point, mirrored), False, False),
+            RaySet("incoherent", _join(ends[0], linalg.normalize(ends[1] - ends[0])), False, False)]
 
 
-def _join(origins: NDArray[Any], directions: NDArray[Any], end: float = np.inf) -> Rays:
+def _join(origins: NDArray[Any], directions: NDArray[Any], t_max: float = np.inf) -> Rays:
     count = len(origins) // _GRANULE * _GRANULE
-    ends = np.full((1, count), end)
-    return np.ascontiguousarray(np.concatenate([origins[:count].T, directions[:count].T, ends]), np.float32)
+    rays = np.full((7, count), t_max, np.float32)
+    rays[:3], rays[3:6] = origins[:count].T, directions[:count].T
+    return rays
 
 
 def _primary(camera: Camera, size: int) -> Rays:
-    """Return the camera's rays in blocks of 4×4 pixels within tiles of 16×16: the order of the engine."""
-    index = np.arange(size * size).reshape(size // 16, size // 16, 4, 4, 4, 4)
-    tile_y, tile_x, block_y, block_x, y, x = np.unravel_index(index.ravel(), index.shape)
-    column, row = tile_x * 16 + block_x * 4 + x, tile_y * 16 + block_y * 4 + y
+    """Return the camera's rays in packets of 4×4 pixels within blocks of 8×8 within tiles of 16×16, as the engine."""
+    index = np.arange(size * size).reshape(size // 16, size // 16, 2, 2, 2, 2, 4, 4)
+    tile_y, tile_x, block_y, block_x, packet_y, packet_x, y, x = np.unravel_index(index.ravel(), index.shape)
+    column, row = tile_x * 16 + block_x * 8 + packet_x * 4 + x, tile_y * 16 + block_y * 8 + packet_y * 4 + y
     basis, reach = camera.basis(), np.tan(np.radians(camera.fov_deg) / 2)
     right, up = (2 * column + 1) / size - 1, 1 - (2 * row + 1) / size
     directions = basis.look + reach * (right[:, None] * basis.right + up[:, None] * basis.up)
@@ -95,16 +100,15 @@ def measure_mesh(mesh: Mesh, size: int = 1024, threads: tuple[int, ...] = (1,), 
 
 def _measure_set(mesh: Mesh, packed: PackedScene, embree: Tracers, ray_set: RaySet, pool: ThreadPoolExecutor,
                  threads: int, rounds: int) -> dict[str, Any]:
-    rays, n = ray_set.rays[:6], ray_set.rays.shape[1]
-    floats, ids, blocked = np.zeros((3, n), np.float32), np.zeros((2, n), np.int32), np.zeros(n, np.int32)
-    view, counters = np.zeros(VIEW.words, np.float32), np.zeros(COUNTER_STRIDE, np.int64)
+    rays, n = ray_set.rays, ray_set.rays.shape[1]
+    floats, ids, blocked = np.zeros((3, n), np.float32), np.zeros((2, n), np.int32), np.zeros(n, np.float32)
     t, prims = np.zeros(n, np.float32), np.zeros(n, np.int32)
 
     def ours(chunk: NDArray[np.int64]) -> None:
         if ray_set.occlusion:
-            find_blocked(packed, rays, blocked, chunk, view, counters)
+            find_blocked(packed, rays, ray_set.shared_origin, blocked, chunk)
         else:
-            find_hits(packed, rays, floats, ids, chunk, view, counters)
+            find_hits(packed, rays, ray_set.shared_origin, floats, ids, chunk)
 
     def theirs(how: Configuration) -> Callable[[], None]:
         trace = embree.get(how, ray_set.occlusion)

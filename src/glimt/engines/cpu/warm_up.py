@@ -1,7 +1,7 @@
 """Compiling the kernels on the first run, in two processes at once, with progress.
 
-Most of the time is Python's, in Numba, so threads would take turns: a second process compiles the frame kernel, and
-this one finds it in the cache.
+Most of the time is Python's, in Numba, so threads would take turns: this process compiles the frame kernel, a second
+one what that calls and the tree builder, which are then found in the cache.
 """
 
 import os
@@ -15,6 +15,7 @@ from numba.core import caching, event
 
 from glimt import bvh
 from glimt.engines.cpu.kernels.frame import render_tiles
+from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.engines.engine import Progress
 from glimt.kernel import is_ready, remove_stale_caches
 from glimt.layout import VIEW
@@ -24,7 +25,7 @@ STAGE = "compiling kernels, first run only"
 _FUNCTIONS = 75
 """About how many functions Numba compiles on the way; only the progress bar depends on it."""
 _PATIENCE_SECONDS = 300
-_CODE = "from glimt.engines.cpu.warm_up import report_frame; report_frame()"
+_CODE = "from glimt.engines.cpu.warm_up import compile_rest; compile_rest()"
 
 
 class _Steps(event.Listener):  # type: ignore[misc]
@@ -42,47 +43,35 @@ class _Steps(event.Listener):  # type: ignore[misc]
 
 
 def compile_frame(progress: Progress) -> None:
-    """Compile the frame kernel and put it in the cache, by running it on nothing."""
+    """Compile the frame kernel, and what it calls, and put it in the cache, by running it on nothing."""
     with event.install_listener("numba:compile", _Steps(progress)):
-        none = np.zeros((0, 3), np.float32)
-        nodes, empty = bvh.build(none, none).nodes, np.zeros(64, np.float32)
-        scene = PackedScene(nodes, empty, nodes, *[empty] * 10)
-        view, film = np.zeros(VIEW.words, np.float32), np.zeros((1, 1, 4), np.float32)
-        render_tiles(scene, 0, view, film, 1, 0, np.zeros(16, np.int64), np.zeros(16, np.int64),
-                     np.zeros((3, 7, 0), np.float32))
+        none = np.zeros(64, np.float32)
+        scene = PackedScene(*[none] * len(PackedScene._fields))
+        render_tiles(scene, 0, np.zeros(VIEW.words, np.float32), np.zeros((0, 0, 4), np.float32), 1, 0,
+                     np.zeros(16, np.int64), np.zeros(16, np.int64), np.zeros((3, 7, 0), np.float32))
 
 
-def report_frame() -> None:
-    """Compile the frame kernel for another process, which reads the progress, 0 to 1, from our output."""
-    compile_frame(lambda stage, share: print(f"{share:.3f}", flush=True))
+def compile_rest() -> None:
+    """Compile what the frame kernel calls, and the tree builder."""
+    TRACE.get_ready()
+    box = np.zeros((2, 3), np.float32)
+    bvh.build(box, box + 1)
 
 
 class Helper:
-    """The process that compiles the frame kernel."""
+    """The process that compiles the rest."""
 
     def __init__(self) -> None:
-        self.share = 0.0
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
-        self._process = subprocess.Popen([sys.executable, "-c", _CODE], stdin=subprocess.DEVNULL, text=True,
-                                         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment)
-        threading.Thread(target=self._read, daemon=True).start()
+        self._process = subprocess.Popen([sys.executable, "-c", _CODE], stdin=subprocess.DEVNULL, env=environment,
+                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
-    def _read(self) -> None:
-        assert self._process.stdout is not None
-        with self._process.stdout as lines:
-            for line in lines:
-                self.share = float(line)
-
-    def wait(self, progress: Progress) -> None:
+    def wait(self) -> None:
         """Wait until it is done; whatever became of it, it is gone afterwards."""
         try:
-            for _ in range(10 * _PATIENCE_SECONDS):
-                progress(STAGE, self.share)
-                try:
-                    self._process.wait(0.1)
-                    return
-                except subprocess.TimeoutExpired:
-                    pass
+            self._process.wait(_PATIENCE_SECONDS)
+        except subprocess.TimeoutExpired:
+            pass
         finally:
             self._process.kill()
             self._process.wait()
@@ -104,8 +93,7 @@ def begin() -> None:
 
 
 def _load() -> None:
-    box = np.zeros((2, 3), np.float32)
-    bvh.build(box, box + 1)
+    compile_rest()
     compile_frame(lambda stage, share: None)
 
 
@@ -115,10 +103,9 @@ def compile_kernels(progress: Progress) -> None:
     progress(STAGE, 0.0)
     remove_stale_caches()
     begin()
-    box = np.zeros((2, 3), np.float32)
-    bvh.build(box, box + 1)
     helper, _helper = _helper, None
     if helper:
-        helper.wait(progress)
-    compile_frame(progress)  # from the cache, unless the helper failed
+        TRACE.awaited = helper.wait
+    compile_frame(progress)
+    compile_rest()  # from the cache, unless the helper failed
     progress(STAGE, 1.0)

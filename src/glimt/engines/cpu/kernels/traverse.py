@@ -305,8 +305,8 @@ _walk_scene = _walk_with(_instances, np.int64(0))
 _FLOATS = types.CPointer(types.float32)
 
 
-def _trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, rays, local, hits, flags, packets):
-    """Trace as `trace` does; it is compiled by itself, being the half of every kernel that follows rays."""
+def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, rays, local, hits, flags, packets):
+    """Do what `trace` asks for: the half of every kernel that follows rays."""
     scene = Trees(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances)
     bundle = Bundle(rays, local, hits, flags & SHARED_ORIGIN != 0, flags & OCCLUSION != 0)
     alone = False
@@ -318,12 +318,12 @@ def _trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, ray
     return 0
 
 
-TRACE = SharedKernel(_trace_rays, (*[_FLOATS] * 8, types.int32, types.int32))
-_trace = TRACE.external
+TRACE = SharedKernel(trace_rays, (*[_FLOATS] * 8, types.int32, types.int32))
+_call = TRACE.call
 
 
 @inline
-def trace(scene, block_rays, local, hits, flags, packets):
+def trace(scene, rays, local, hits, flags, packets):
     """Find the hits of some packets of a block, or only whether there are any: rays are set up, hits begun."""
-    _trace(scene.tlas_nodes, scene.tlas_blocks, scene.blas_nodes, scene.blas_blocks, scene.instances, block_rays, local,
-           hits, np.int32(flags), np.int32(packets))
+    _call((scene.tlas_nodes, scene.tlas_blocks, scene.blas_nodes, scene.blas_blocks, scene.instances, rays, local, hits,
+           flags, packets))
