@@ -23,6 +23,7 @@ from glimt.lanes.memory import (
     load,
     load4,
     load8,
+    load8_int,
     load_int,
     pointer,
     prefetch,
@@ -34,6 +35,7 @@ from glimt.lanes.memory import (
     store,
     store8,
     store_scalar,
+    store_scalar_int,
 )
 from glimt.lanes.ops import (
     absolute,
@@ -66,6 +68,7 @@ from glimt.lanes.ops import (
     to_int,
     upper_half,
 )
+from glimt.lanes.sort import numbers8, permute8, sort8
 from glimt.lanes.types import LANES, f32, f32x8, i32, mask
 from glimt.lanes.vector import Vector3, cross, dot, load3, normalize, scalar3, select3, splat3, store3, vector3
 
@@ -73,9 +76,9 @@ __all__ = [
     "LANES", "Vector3", "absolute", "all_lanes", "any_lane", "arccos", "arctan2", "as_float", "as_int", "atomic_add",
     "atomic_load", "bits", "compress_store", "count_trailing_zeros", "cross", "difference", "dot", "exp2", "extract",
     "f32", "f32x8", "floor", "fma", "from_bits", "gather", "gather_int", "gather_pairs", "highest", "i32",
-    "interleave4", "join", "lane_numbers", "load", "load3", "load4", "load8", "load_int", "log2", "lower_half",
-    "lowest", "mask", "maximum", "minimum", "normalize", "pointer", "population_count", "power", "prefetch", "product",
-    "reciprocal", "reciprocal_sqrt", "scalar", "scalar3", "scalar_int", "select", "select3", "splat3", "sqrt",
-    "stack_floats", "stack_ints", "stack_longs", "store", "store3", "store8", "store_scalar", "to_float", "to_int",
-    "upper_half", "vector3",
+    "interleave4", "join", "lane_numbers", "load", "load3", "load4", "load8", "load8_int", "load_int", "log2",
+    "lower_half", "lowest", "mask", "maximum", "minimum", "normalize", "numbers8", "permute8", "pointer",
+    "population_count", "power", "prefetch", "product", "reciprocal", "reciprocal_sqrt", "scalar", "scalar3",
+    "scalar_int", "select", "select3", "sort8", "splat3", "sqrt", "stack_floats", "stack_ints", "stack_longs", "store",
+    "store3", "store8", "store_scalar", "store_scalar_int", "to_float", "to_int", "upper_half", "vector3",
 ]

@@ -43,15 +43,24 @@ scalar_int = _scalar_loader(types.int32, INT32)
 """One word as a float or as an integer, whatever the array calls itself: records hold both."""
 
 
-@intrinsic
-def store_scalar(typing_context, words, index, value):
-    """Write one word."""
-    def emit(context, builder, sig, args):
-        value = context.cast(builder, args[2], sig.args[2], sig.args[0].dtype)
-        builder.store(value, _address(context, builder, sig, args), align=4)
-        return context.get_dummy_value()
+def _scalar_storer(kind, element):
+    @intrinsic
+    def store_one(typing_context, words, index, value):
+        def emit(context, builder, sig, args):
+            target = kind or sig.args[0].dtype
+            address = _address(context, builder, sig, args)
+            if element:
+                address = builder.bitcast(address, element.as_pointer())
+            builder.store(context.cast(builder, args[2], sig.args[2], target), address, align=4)
+            return context.get_dummy_value()
 
-    return types.void(words, index, value), emit
+        return types.void(words, index, value), emit
+
+    return store_one
+
+
+store_scalar, store_scalar_int = _scalar_storer(None, None), _scalar_storer(types.int32, INT32)
+"""Write one word: as what the array calls itself, or as an integer."""
 
 
 def _loader(count, kind="f32"):
@@ -69,7 +78,7 @@ def _loader(count, kind="f32"):
 
 
 load, load4, load8 = _loader(LANES), _loader(4), _loader(8)
-load_int = _loader(LANES, "i32")
+load_int, load8_int = _loader(LANES, "i32"), _loader(8, "i32")
 
 
 def _storer():
@@ -86,19 +95,6 @@ def _storer():
 
 
 store = store8 = _storer()
-
-
-@intrinsic
-def prefetch(typing_context, words, index):
-    """Begin to bring the cache line of a word nearer."""
-    def emit(context, builder, sig, args):
-        address = _address(context, builder, sig, args)
-        function = ir.FunctionType(ir.VoidType(), [address.type, INT32, INT32, INT32])
-        builder.call(cgutils.get_or_insert_function(builder.module, function, "llvm.prefetch.p0"),
-                     [address, INT32(0), INT32(3), INT32(1)])
-        return context.get_dummy_value()
-
-    return types.void(words, index), emit
 
 
 @intrinsic
@@ -191,6 +187,19 @@ def _stack(dtype):
 
 stack_floats, stack_ints, stack_longs = _stack(types.float32), _stack(types.int32), _stack(types.int64)
 """Uninitialised memory of a literal number of words that lives as long as the call."""
+
+
+@intrinsic
+def prefetch(typing_context, words, index):
+    """Start to bring the cache line of a word nearer."""
+    def emit(context, builder, sig, args):
+        address = _address(context, builder, sig, args)
+        function = ir.FunctionType(ir.VoidType(), [address.type, INT32, INT32, INT32])
+        declared = cgutils.get_or_insert_function(builder.module, function, "llvm.prefetch.p0")
+        builder.call(declared, [address, INT32(0), INT32(3), INT32(1)])  # to read, into all caches, data
+        return context.get_dummy_value()
+
+    return types.void(words, index), emit
 
 
 @intrinsic

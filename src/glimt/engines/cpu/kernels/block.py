@@ -36,6 +36,9 @@ RAY = _planes("RayPlanes", origin=3, direction=3, inverse=3, near_add=3, far_add
 HIT = _planes("HitPlanes", t=1, u=1, v=1, prim=1, inst=1)
 """See `hit.Hit`."""
 
+SINGLE = _planes("SinglePlanes", near=3, axis=3)
+"""What a ray needs to go by itself: word offsets of the planes it meets first, and of the axes in its own order."""
+
 PATH = _planes("PathPlanes", pixel=1, throughput=1, travelled=1)
 """Where rays come from: their pixel's number in the block, the share of their light that arrives there, and the length
 of the path so far."""
@@ -45,7 +48,8 @@ POINT = _planes("PointPlanes", point=3, start=3, ng=3, ns=3, diffuse=3, specular
 """Surface points being shaded: `start` is where rays leave; `lit` is the light found so far; the rest of it, from wi
 on, is that of one light."""
 
-RAY_WORDS, HIT_WORDS, PATH_WORDS, POINT_WORDS = RAY.words, HIT.words, PATH.words, POINT.words
+RAY_WORDS, HIT_WORDS, SINGLE_WORDS = RAY.words, HIT.words, SINGLE.words
+PATH_WORDS, POINT_WORDS = PATH.words, POINT.words
 SUM_WORDS = 3 * SLOTS
 """As plain numbers, which is what `stack_floats` takes."""
 
@@ -91,12 +95,6 @@ def lanes_of(masks, slot):
 
 
 @inline
-def lanes_in(lanes, slot):
-    """Return the lanes of a packet, as bits of an int32, from an int64 with a bit for each ray of a block."""
-    return np.int32((lanes >> slot) & _PACKET_LANES)
-
-
-@inline
 def first_packet(lanes):
     """Return the first slot of the first packet that has a lane in an int64 with a bit for each ray of a block."""
     return np.int64(count_trailing_zeros(lanes)) & _PACKET_START
@@ -116,3 +114,14 @@ def all_lanes_of(packets):
         lanes |= _PACKET_LANES << first_slot(packets)
         packets &= packets - 1
     return lanes
+
+
+@inline
+def packets_of(lanes):
+    """Return the packets that have a lane in an int64 with a bit for each ray of a block."""
+    packets = np.int32(0)
+    while lanes:
+        slot = first_packet(lanes)
+        lanes = without_packet(lanes, slot)
+        packets |= np.int32(1) << np.int32(slot // LANES)
+    return packets

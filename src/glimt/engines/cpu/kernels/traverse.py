@@ -1,19 +1,19 @@
 """Blocks of packets through the two-level tree."""
 
+import os
 from typing import NamedTuple
 
 import numpy as np
 from numba import types
 
-from glimt.engines.cpu.kernels.block import HIT, all_lanes_of, first_packet, lanes_in, without_packet
+from glimt.engines.cpu.kernels.block import HIT, all_lanes_of, first_packet, first_slot, packets_of, without_packet
 from glimt.engines.cpu.kernels.hit import hit_at, store_hit
 from glimt.engines.cpu.kernels.packet import interval, rays_at, set_up
-from glimt.engines.cpu.kernels.single import walk_each
+from glimt.engines.cpu.kernels.single import leave_nothing, leave_to, new_pending, prefetch_subtree, walk_pending
 from glimt.engines.cpu.kernels.sphere import sphere_hit
 from glimt.engines.cpu.kernels.triangle import triangle_leaf
 from glimt.kernel import SharedKernel, inline, routine
 from glimt.lanes import (
-    LANES,
     bits,
     count_trailing_zeros,
     dot,
@@ -24,7 +24,6 @@ from glimt.lanes import (
     maximum,
     minimum,
     population_count,
-    prefetch,
     scalar,
     scalar3,
     scalar_int,
@@ -44,10 +43,8 @@ from glimt.layout import (
     LEAF_STEP,
     NODE,
     SPHERE_KIND,
-    TRIANGLE_BLOCK,
 )
 
-FEW = 0
 NO_FLAGS, SHARED_ORIGIN, OCCLUSION = np.int32(0), np.int32(1), np.int32(2)
 """What `trace` may be told: that all rays start in one point, that it is enough to know whether anything is met."""
 
@@ -112,109 +109,62 @@ def _overlapping(nodes, child, bundle, lanes, span):
 @inline
 def _farthest(hits, packets):
     """Return the greatest t that some ray of some packets still looks up to; below 0 when all are done."""
-    farthest = load(hits, HIT.t + np.int64(count_trailing_zeros(packets)) * LANES)
+    farthest = load(hits, HIT.t + first_slot(packets))
     packets &= packets - 1
     while packets:
-        farthest = maximum(farthest, load(hits, HIT.t + np.int64(count_trailing_zeros(packets)) * LANES))
+        farthest = maximum(farthest, load(hits, HIT.t + first_slot(packets)))
         packets &= packets - 1
     return highest(farthest)
 
 
-@inline
-def _write(stack, lanes, distances, place, code, which, distance):
-    stack[place] = code
-    lanes[place] = which
-    distances[place] = distance
+class _Stack(NamedTuple):
+    """What is still to be visited: child codes, how far each child is, and the rays that want it."""
+
+    codes: object
+    distances: object
+    lanes: object
 
 
 @inline
-def _fetch(scene, nodes, child):
-    """Begin to bring a child nearer: large meshes do not fit into the caches."""
-    if child >= 0:
-        at = np.int64(child) * NODE.words
-        prefetch(nodes, at)
-        prefetch(nodes, at + 16)
-        prefetch(nodes, at + 32)
-        prefetch(nodes, at + 48)
-    else:
-        at = np.int64(~child // LEAF_STEP) * TRIANGLE_BLOCK.words
-        prefetch(scene.blas_blocks, at)
-        prefetch(scene.blas_blocks, at + 16)
-        prefetch(scene.blas_blocks, at + 32)
+def _new_stack():
+    return _Stack(stack_ints(512), stack_floats(512), stack_longs(512))
 
 
 @inline
-def _walk_few(scene, code, inst, bundle, lanes):
-    """Walk rays down a mesh's tree one by one: of a packet that has fanned out, few meet what is small."""
-    while lanes:
-        slot = first_packet(lanes)
-        rays, hit = rays_at(bundle.rays, slot), hit_at(bundle.hits, slot)
-        store_hit(bundle.hits, slot, walk_each(scene, code, rays, hit, lanes_in(lanes, slot), bundle.occlusion, inst))
-        lanes = without_packet(lanes, slot)
+def _write(stack, place, code, distance, lanes):
+    stack.codes[place] = code
+    stack.distances[place] = distance
+    stack.lanes[place] = lanes
 
 
-def _walk_with(leaf, few):
-    """Return the walk down a tree whose leaves are tested by `leaf`, and what `few` rays meet by `_walk_few`.
+@inline
+def _push_children(scene, nodes, code, bundle, lanes, span, limit, stack, bottom, in_mesh):
+    """Put the children of a node that some ray meets on the stack, the nearest on top; return its size.
 
-    It is bound here because Numba cannot cache a kernel that passes a function as an argument.
+    Eight children against the interval, then the survivors against each ray.
     """
-    @routine
-    def walk(scene, nodes, root, bundle, packets, span, inst):
-        """Walk a tree from child code `root`, nearest children first, with the packets that are still in each."""
-        stack, waiting, distances, entries = stack_ints(512), stack_longs(512), stack_floats(512), stack_floats(8)
-        limit = _farthest(bundle.hits, packets)
-        code, here, size = np.int32(root), all_lanes_of(packets), 0
-        while True:
-            if population_count(here) <= few:
-                _walk_few(scene, code, inst, bundle, here)
-                limit = _farthest(bundle.hits, packets)
-                if bundle.occlusion and limit < 0:
-                    return
-            elif code >= 0:
-                # Eight children against the interval, then the survivors against each ray.
-                base = np.int64(code) * NODE.words
-                entry, leave = _children(nodes, base, span, limit)
-                candidates = bits(entry <= leave)
-                store8(entries, 0, entry)
-                bottom = size
-                while candidates:
-                    k = np.int64(count_trailing_zeros(candidates))
-                    candidates &= candidates - 1
-                    met = _overlapping(nodes, base + k, bundle, here, span)
-                    if met:
-                        distance, child, place = scalar(entries, k), scalar_int(nodes, base + NODE.child + k), size
-                        if not bundle.occlusion:
-                            while place > bottom and scalar(distances, place - 1) < distance:
-                                _write(stack, waiting, distances, place, scalar_int(stack, place - 1),
-                                       waiting[place - 1], scalar(distances, place - 1))
-                                place -= 1
-                        _fetch(scene, nodes, child)
-                        _write(stack, waiting, distances, place, child, met, distance)
-                        size += 1
-                if size > bottom:
-                    size -= 1
-                    code, here = scalar_int(stack, size), waiting[size]
-                    continue
-            else:
-                leaf(scene, inst, ~code, bundle, here, span)
-                limit = _farthest(bundle.hits, packets)
-                if bundle.occlusion and limit < 0:
-                    return
-
-            # What lies behind the closest hits by now is passed over.
-            while True:
-                if size == 0:
-                    return
-                size -= 1
-                if scalar(distances, size) <= limit * BOX_SLACK:
-                    code, here = scalar_int(stack, size), waiting[size]
-                    break
-
-    return walk
+    base, size, entries = np.int64(code) * NODE.words, bottom, stack_floats(8)
+    entry, leave = _children(nodes, base, span, limit)
+    candidates = bits(entry <= leave)
+    store8(entries, 0, entry)
+    while candidates:
+        k = np.int64(count_trailing_zeros(candidates))
+        candidates &= candidates - 1
+        met = _overlapping(nodes, base + k, bundle, lanes, span)
+        if met:
+            child, distance, place = scalar_int(nodes, base + NODE.child + k), scalar(entries, k), size
+            if in_mesh:
+                prefetch_subtree(scene, child)
+            while place > bottom and stack.distances[place - 1] < distance:
+                _write(stack, place, stack.codes[place - 1], stack.distances[place - 1], stack.lanes[place - 1])
+                place -= 1
+            _write(stack, place, child, distance, met)
+            size += 1
+    return size
 
 
 @inline
-def _triangles(scene, inst, code, bundle, lanes, span):
+def _triangles(scene, inst, code, bundle, lanes):
     """Test the triangles of a leaf of a mesh's tree."""
     while lanes:
         slot = first_packet(lanes)
@@ -223,7 +173,39 @@ def _triangles(scene, inst, code, bundle, lanes, span):
         store_hit(bundle.hits, slot, hit)
 
 
-_walk_mesh = _walk_with(_triangles, np.int64(FEW))
+_TOGETHER = np.int64(int(os.environ.get("TOG", "10")))
+_SLOPE = np.int64(int(os.environ.get("SLO", "1")))
+"""Nodes of a mesh that packets visit before they leave subtrees to single rays."""
+
+
+@routine
+def _walk_mesh(scene, root, bundle, packets, span, inst, pending):
+    """Walk a mesh's tree from child code `root`, nearest children first, as long as the rays go together.
+
+    The more nodes packets have visited, the less their rays have in common: then a subtree that few of them want is
+    left to single rays, and by and by every subtree. Return the rays to which something was left.
+    """
+    stack, size, visited, left = _new_stack(), 0, 0, np.int64(0)
+    limit, code, here = _farthest(bundle.hits, packets), np.int32(root), all_lanes_of(packets)
+    while True:
+        if code >= 0:
+            visited += 1
+            size = _push_children(scene, scene.blas_nodes, code, bundle, here, span, limit, stack, size, True)
+        else:
+            _triangles(scene, inst, ~code, bundle, here)
+            limit = _farthest(bundle.hits, packets)
+            if bundle.occlusion and limit < 0:
+                return left
+        while True:  # what lies behind the closest hits by now is passed over
+            if size == 0:
+                return left
+            size -= 1
+            distance = stack.distances[size]
+            if distance <= limit * BOX_SLACK:
+                code, here = stack.codes[size], stack.lanes[size]
+                if _SLOPE * population_count(here) > visited - _TOGETHER or not leave_to(pending, here, distance, code):
+                    break
+                left |= here
 
 
 @inline
@@ -232,7 +214,7 @@ def _to_object(scene, record, bundle, packets):
     at = record + INSTANCE.world_to_object
     x, y, z = (scalar3(scene.instances, at), scalar3(scene.instances, at + 4), scalar3(scene.instances, at + 8))
     while packets:
-        slot = np.int64(count_trailing_zeros(packets)) * LANES
+        slot = first_slot(packets)
         packets &= packets - 1
         rays = rays_at(bundle.rays, slot)
         origin = vector3(dot(x, rays.origin) + scalar(scene.instances, at + 3),
@@ -256,68 +238,88 @@ def _next_group(rays, todo, alone, shared_origin):
 
 
 @inline
-def _mesh(scene, inst, record, bundle, packets):
-    """Walk the mesh of an instance with packets in its space."""
-    root, alone = scalar_int(scene.instances, record + INSTANCE.root), False
+def _mesh(scene, inst, record, bundle, packets, pending):
+    """Walk the mesh of an instance with packets in its space: together, by packets, or by rays."""
+    root, alone, left = scalar_int(scene.instances, record + INSTANCE.root), False, np.int64(0)
+    leave_nothing(pending)
     while packets:
         group, span = _next_group(bundle.rays, packets, alone, bundle.shared_origin)
         alone = group != packets
         packets &= ~group
-        if span.incoherent:
-            slot = np.int64(count_trailing_zeros(group)) * LANES
-            rays, hit = rays_at(bundle.rays, slot), hit_at(bundle.hits, slot)
-            hit = walk_each(scene, root, rays, hit, np.int32(-1), bundle.occlusion, inst)
-            store_hit(bundle.hits, slot, hit)
+        if span.incoherent:  # directions of every sign have nothing in common to begin with
+            lanes = all_lanes_of(group)
+            leave_to(pending, lanes, np.float32(0), root)
+            left |= lanes
         else:
-            _walk_mesh(scene, scene.blas_nodes, root, bundle, group, span, inst)
+            left |= _walk_mesh(scene, root, bundle, group, span, inst, pending)
+    if left:
+        walk_pending(scene, bundle.rays, bundle.hits, pending, left, bundle.occlusion, inst)
 
 
 @inline
-def _instances(scene, inst, code, bundle, lanes, span):
+def _spheres(scene, inst, record, bundle, packets):
+    """Test a sphere."""
+    while packets:
+        slot = first_slot(packets)
+        packets &= packets - 1
+        hit = sphere_hit(scene, inst, record, rays_at(bundle.rays, slot), hit_at(bundle.hits, slot), bundle.occlusion)
+        store_hit(bundle.hits, slot, hit)
+
+
+@inline
+def _instances(scene, code, bundle, packets, pending):
     """Test the spheres and walk the meshes of a leaf of the scene's tree."""
-    base, packets = np.int64(code // LEAF_STEP) * INSTANCE_BLOCK.words, np.int32(0)
-    while lanes:
-        slot = first_packet(lanes)
-        lanes = without_packet(lanes, slot)
-        packets |= np.int32(1) << np.int32(slot // LANES)
+    base = np.int64(code // LEAF_STEP) * INSTANCE_BLOCK.words
     for j in range(code % LEAF_STEP):
         inst = scalar_int(scene.tlas_blocks, base + j)
         record = np.int64(inst) * INSTANCE.words
         if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
-            todo = packets
-            while todo:
-                slot = np.int64(count_trailing_zeros(todo)) * LANES
-                todo &= todo - 1
-                rays, hit = rays_at(bundle.rays, slot), hit_at(bundle.hits, slot)
-                store_hit(bundle.hits, slot, sphere_hit(scene, inst, record, rays, hit, bundle.occlusion))
+            _spheres(scene, inst, record, bundle, packets)
+            continue
+        rays = bundle.rays
+        if scalar_int(scene.instances, record + INSTANCE.identity) == 0:
+            _to_object(scene, record, bundle, packets)
+            rays = bundle.local
+        local = Bundle(rays, rays, bundle.hits, bundle.shared_origin, bundle.occlusion)
+        _mesh(scene, inst, record, local, packets, pending)
+
+
+@inline
+def _walk_scene(scene, bundle, packets, span, pending):
+    """Walk the scene's tree, nearest children first."""
+    stack, size, root = _new_stack(), 0, np.int32(0)
+    limit, code, here = _farthest(bundle.hits, packets), root, all_lanes_of(packets)
+    while True:
+        if code >= 0:
+            size = _push_children(scene, scene.tlas_nodes, code, bundle, here, span, limit, stack, size, False)
         else:
-            here = bundle.rays
-            if scalar_int(scene.instances, record + INSTANCE.identity) == 0:
-                _to_object(scene, record, bundle, packets)
-                here = bundle.local
-            local = Bundle(here, here, bundle.hits, bundle.shared_origin, bundle.occlusion)
-            _mesh(scene, inst, record, local, packets)
-
-
-_walk_scene = _walk_with(_instances, np.int64(0))
-
-
-_FLOATS = types.CPointer(types.float32)
+            _instances(scene, ~code, bundle, packets_of(here), pending)
+            limit = _farthest(bundle.hits, packets)
+            if bundle.occlusion and limit < 0:
+                return
+        while True:
+            if size == 0:
+                return
+            size -= 1
+            if stack.distances[size] <= limit * BOX_SLACK:
+                code, here = stack.codes[size], stack.lanes[size]
+                break
 
 
 def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, rays, local, hits, flags, packets):
     """Do what `trace` asks for: the half of every kernel that follows rays."""
     scene = Trees(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances)
     bundle = Bundle(rays, local, hits, flags & SHARED_ORIGIN != 0, flags & OCCLUSION != 0)
-    alone = False
+    pending, alone = new_pending(), False
     while packets:
         group, span = _next_group(rays, packets, alone, bundle.shared_origin)
         alone = group != packets
         packets &= ~group
-        _walk_scene(scene, tlas_nodes, np.int32(0), bundle, group, span, np.int32(0))
+        _walk_scene(scene, bundle, group, span, pending)
     return 0
 
 
+_FLOATS = types.CPointer(types.float32)
 TRACE = SharedKernel(trace_rays, (*[_FLOATS] * 8, types.int32, types.int32))
 _call = TRACE.call
 

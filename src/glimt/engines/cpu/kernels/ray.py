@@ -1,0 +1,119 @@
+"""One ray of a block, met by eight boxes or by four triangles at once.
+
+By the same operations in the same order as in a packet: a ray's hit is the same to the bit.
+"""
+
+import numpy as np
+
+from glimt.engines.cpu.kernels.block import HIT, RAY, SINGLE, SLOTS
+from glimt.engines.cpu.kernels.hit import DONE
+from glimt.engines.cpu.kernels.triangle import within
+from glimt.kernel import inline
+from glimt.lanes import (
+    bits,
+    count_trailing_zeros,
+    difference,
+    extract,
+    fma,
+    i32,
+    load,
+    load4,
+    load8,
+    load_int,
+    maximum,
+    minimum,
+    product,
+    reciprocal,
+    scalar,
+    scalar_int,
+    select,
+    store,
+    store_scalar,
+    store_scalar_int,
+)
+from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, LEAF_SIZE, LEAF_STEP, NODE, TRIANGLE_BLOCK
+
+_AXIS = np.int64(LEAF_SIZE)
+_CORNER = np.int64(3 * LEAF_SIZE)
+_Y, _Z = np.int64(SLOTS), np.int64(2 * SLOTS)  # words from a vector's x to its y and z
+
+
+@inline
+def put_single(rays, singles, slot):
+    """Write what single rays need besides the planes of their packet."""
+    lo = (i32(NODE.lo_x), i32(NODE.lo_y), i32(NODE.lo_z))
+    hi = (i32(NODE.hi_x), i32(NODE.hi_y), i32(NODE.hi_z))
+    for k in range(3):
+        inverse = load(rays, RAY.inverse + k * SLOTS + slot)
+        store(singles, SINGLE.near + k * SLOTS + slot, select(inverse >= 0.0, lo[k], hi[k]))
+    longest = load_int(rays, RAY.longest + slot)
+    x, y, z = i32(0), i32(_AXIS), i32(2 * _AXIS)
+    longest_x, longest_y = longest == 0, longest == 1
+    store(singles, SINGLE.axis + slot, select(longest_x, y, select(longest_y, z, x)))
+    store(singles, SINGLE.axis + _Y + slot, select(longest_x, z, select(longest_y, x, y)))
+    store(singles, SINGLE.axis + _Z + slot, select(longest_x, x, select(longest_y, y, z)))
+
+
+@inline
+def children(nodes, base, rays, singles, hits, slot):
+    """Return (entry, exit) of a ray for the eight children of a node."""
+    near = SINGLE.near + slot
+    near_x, near_y = np.int64(scalar_int(singles, near)), np.int64(scalar_int(singles, near + _Y))
+    near_z = np.int64(scalar_int(singles, near + _Z))
+    inverse, near_add, far_add = RAY.inverse + slot, RAY.near_add + slot, RAY.far_add + slot
+    x, y, z = scalar(rays, inverse), scalar(rays, inverse + _Y), scalar(rays, inverse + _Z)
+    entry = maximum(maximum(fma(load8(nodes, base + near_x), x, scalar(rays, near_add)),
+                            fma(load8(nodes, base + near_y), y, scalar(rays, near_add + _Y))),
+                    maximum(fma(load8(nodes, base + near_z), z, scalar(rays, near_add + _Z)), 0.0))
+    leave = minimum(minimum(fma(load8(nodes, base + BOTH_X - near_x), x, scalar(rays, far_add)),
+                            fma(load8(nodes, base + BOTH_Y - near_y), y, scalar(rays, far_add + _Y))),
+                    minimum(fma(load8(nodes, base + BOTH_Z - near_z), z, scalar(rays, far_add + _Z)),
+                            scalar(hits, HIT.t + slot)))
+    return entry, leave * BOX_SLACK
+
+
+@inline
+def _corners(words, at, rays, singles, slot):
+    """Return (x, y, z) of the same corner of four triangles as `triangle._corner` does."""
+    axis, origin, shear = SINGLE.axis + slot, RAY.shear_origin + slot, RAY.shear + slot
+    axis_x, axis_y = np.int64(scalar_int(singles, axis)), np.int64(scalar_int(singles, axis + _Y))
+    z = load4(words, at + np.int64(scalar_int(singles, axis + _Z))) - scalar(rays, origin + _Z)
+    return (fma(-scalar(rays, shear), z, load4(words, at + axis_x) - scalar(rays, origin)),
+            fma(-scalar(rays, shear + _Y), z, load4(words, at + axis_y) - scalar(rays, origin + _Y)), z)
+
+
+@inline
+def _edge(px, py, qx, qy):
+    return difference(product(px, qy), product(py, qx))
+
+
+@inline
+def leaf(words, inst, code, rays, singles, hits, slot, occlusion):
+    """Test up to four triangles at once (see `triangle.triangle_leaf`)."""
+    base = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
+    ax, ay, az = _corners(words, base, rays, singles, slot)
+    bx, by, bz = _corners(words, base + _CORNER, rays, singles, slot)
+    cx, cy, cz = _corners(words, base + 2 * _CORNER, rays, singles, slot)
+    wa, wb, wc = _edge(cx, cy, bx, by), _edge(ax, ay, cx, cy), _edge(bx, by, ax, ay)
+    inside = bits((minimum(wa, minimum(wb, wc)) >= 0.0) | (maximum(wa, maximum(wb, wc)) <= 0.0))
+    inside &= (1 << (code % LEAF_STEP)) - 1
+    if inside:
+        inside &= bits(within(ax, bx, cx) & within(ay, by, cy))
+        scale = reciprocal(wa + wb + wc)
+        us, vs = wb * scale, wc * scale
+        ts = fma(wa * scale, az, fma(us, bz, vs * cz)) * scalar(rays, RAY.shear + _Z + slot)
+        while inside:
+            j = count_trailing_zeros(inside)
+            inside &= inside - 1
+            this, prim = extract(ts, j), scalar_int(words, base + TRIANGLE_BLOCK.prim + j)
+            t, hit_inst = scalar(hits, HIT.t + slot), scalar_int(hits, HIT.inst + slot)
+            before = hit_inst > inst or (hit_inst == inst and scalar_int(hits, HIT.prim + slot) > prim)
+            if this > 0 and (this < t or (this == t and before)):
+                if occlusion:
+                    store_scalar(hits, HIT.t + slot, DONE)
+                else:
+                    store_scalar(hits, HIT.t + slot, this)
+                    store_scalar(hits, HIT.u + slot, extract(us, j))
+                    store_scalar(hits, HIT.v + slot, extract(vs, j))
+                    store_scalar_int(hits, HIT.prim + slot, prim)
+                    store_scalar_int(hits, HIT.inst + slot, inst)

@@ -1,0 +1,53 @@
+"""Eight values in order, whatever the lane width: for the children of a BVH8 node."""
+
+from llvmlite import ir
+from numba.extending import intrinsic
+
+from glimt.lanes.types import INT32, lanes_type
+
+_I32X8 = lanes_type("i32", 8)
+_NETWORK = (((0, 1), (2, 3), (4, 5), (6, 7)), ((0, 2), (1, 3), (4, 6), (5, 7)), ((1, 2), (5, 6)),
+            ((0, 4), (1, 5), (2, 6), (3, 7)), ((2, 4), (3, 5)), ((1, 2), (3, 4), (5, 6)))
+"""Batcher's odd-even mergesort: pairs to be put in order, stage by stage."""
+
+
+def _order(lanes):
+    return ir.Constant(ir.VectorType(INT32, 8), lanes)
+
+
+@intrinsic
+def numbers8(typing_context):
+    """Return 0, 1, … 7 as i32."""
+    return _I32X8(), lambda context, builder, sig, args: _order(list(range(8)))
+
+
+@intrinsic
+def sort8(typing_context, x):
+    """Return eight integers, the greatest first."""
+    def emit(context, builder, sig, args):
+        values = args[0]
+        for pairs in _NETWORK:
+            partner, first = list(range(8)), list(range(8))
+            for a, b in pairs:
+                partner[a], partner[b], first[b] = b, a, b + 8
+            other = builder.shuffle_vector(values, values, _order(partner))
+            greater = builder.select(builder.icmp_signed(">", values, other), values, other)
+            smaller = builder.select(builder.icmp_signed("<", values, other), values, other)
+            values = builder.shuffle_vector(greater, smaller, _order(first))
+        return values
+
+    return _I32X8(x), emit
+
+
+@intrinsic
+def permute8(typing_context, x, index):
+    """Return x[index[0]], x[index[1]], … of eight lanes; only the lowest three bits of an index count."""
+    def emit(context, builder, sig, args):
+        low = builder.and_(args[1], ir.Constant(sig.args[1].register, [7] * 8))
+        result = ir.Constant(x.register, ir.Undefined)
+        for k in range(8):
+            value = builder.extract_element(args[0], builder.extract_element(low, INT32(k)))
+            result = builder.insert_element(result, value, INT32(k))
+        return result
+
+    return x(x, index), emit

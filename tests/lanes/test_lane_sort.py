@@ -1,0 +1,55 @@
+"""Eight integers in order."""
+
+import itertools
+
+import numpy as np
+from lane_helpers import F, compile_test
+
+from glimt.lanes import load8_int, numbers8, permute8, prefetch, sort8, store8
+
+
+@compile_test
+def _sort(keys, out):
+    for i in range(0, len(keys), 8):
+        store8(out, i, sort8(load8_int(keys, i)))
+
+
+@compile_test
+def _permute(values, index, out):
+    for i in range(0, len(values), 8):
+        store8(out, i, permute8(load8_int(values, i), load8_int(index, i)))
+    store8(out, len(values), permute8(load8_int(values, 0), -numbers8()))
+
+
+def test_eight_integers_are_sorted():
+    """A network that sorts every sequence of zeros and ones sorts everything (Knuth, volume 3, 5.3.4)."""
+    switches = np.array(list(itertools.product((0, 1), repeat=8)), np.int32)
+    random = np.random.default_rng(1)
+    anything = random.integers(-2**31, 2**31, (500, 8)).astype(np.int32)
+    repeated = random.integers(-2, 3, (500, 8)).astype(np.int32)
+    extremes = np.array([[-1, 2**31 - 1, 0, -2**31, 2**31 - 1, -1, -2**31, 1]], np.int32)
+    keys = np.concatenate([switches, anything, repeated, extremes])
+    out = np.empty(keys.size, np.int32)
+    _sort(keys.reshape(-1), out)
+    np.testing.assert_array_equal(out.reshape(-1, 8), -np.sort(-keys.astype(np.int64), 1))
+
+
+def test_eight_lanes_are_permuted():
+    random = np.random.default_rng(2)
+    values, index = random.integers(-2**31, 2**31, (2, 500, 8)).astype(np.int32)
+    out = np.empty(values.size + 8, np.int32)
+    _permute(values.reshape(-1), index.reshape(-1), out)
+    np.testing.assert_array_equal(out[:-8].reshape(-1, 8), np.take_along_axis(values, index & 7, 1))
+    np.testing.assert_array_equal(out[-8:], values[0, [0, 7, 6, 5, 4, 3, 2, 1]])
+
+
+@compile_test
+def _prefetch(words):
+    for k in (0, len(words), 10**12, -10**12):
+        prefetch(words, k)
+    return len(words)
+
+
+def test_prefetching_reads_nothing():
+    """Past the end, or nowhere at all."""
+    assert _prefetch(np.zeros(3, F)) == 3
