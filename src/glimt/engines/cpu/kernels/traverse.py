@@ -1,6 +1,5 @@
 """Blocks of packets through the two-level tree."""
 
-import os
 from typing import NamedTuple
 
 import numpy as np
@@ -173,8 +172,7 @@ def _triangles(scene, inst, code, bundle, lanes):
         store_hit(bundle.hits, slot, hit)
 
 
-_TOGETHER = np.int64(int(os.environ.get("TOG", "10")))
-_SLOPE = np.int64(int(os.environ.get("SLO", "1")))
+_TOGETHER = np.int64(10)
 """Nodes of a mesh that packets visit before they leave subtrees to single rays."""
 
 
@@ -203,7 +201,7 @@ def _walk_mesh(scene, root, bundle, packets, span, inst, pending):
             distance = stack.distances[size]
             if distance <= limit * BOX_SLACK:
                 code, here = stack.codes[size], stack.lanes[size]
-                if _SLOPE * population_count(here) > visited - _TOGETHER or not leave_to(pending, here, distance, code):
+                if population_count(here) > visited - _TOGETHER or not leave_to(pending, here, distance, code):
                     break
                 left |= here
 
