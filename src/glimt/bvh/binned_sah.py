@@ -1,46 +1,57 @@
-"""Top-down binary tree over boxes by the binned surface area heuristic.
+"""Where to split a range of boxes: the surface area heuristic, over bins or, for a few boxes, over every split.
 
 After Wald, "On fast construction of SAH-based bounding volume hierarchies" (2007). What differs: a box is one register
-``(lo, ., -hi, .)``, so that growing it is one minimum, and boxes themselves are moved instead of indices to them.
+``(lo, ., -hi, .)``, so that growing it is one minimum; boxes themselves are moved instead of indices to them; and what
+all splits of a range cost is computed side by side in lanes.
 """
 
 import numpy as np
 
-from glimt.kernel import inline, kernel, routine
+from glimt.kernel import inline
 from glimt.lanes import (
-    atomic_add,
+    as_int,
+    bits,
+    count_trailing_zeros,
     extract,
     f32x8,
-    join,
+    floor,
+    interleave4,
+    least_number,
+    load4,
     load8,
     lower_half,
+    lowest,
     maximum,
     minimum,
     scalar,
     scalar_int,
     select,
-    stack_floats,
-    stack_ints,
     store8,
     store_scalar,
+    to_float,
     to_int,
     upper_half,
 )
 
-BINS = 16
-FEW_BINS = 8
+FEW = 8
+"""Up to this many boxes are sorted on each axis, and every split between two of them is considered."""
+
+BINS, COARSE_BINS, COARSE_UP_TO = 16, 8, 24
+
 COST_INTERSECT = np.float32(8)
 """Cost of a leaf block of primitives in visits of a node: a node tests eight children at once, a leaf one
 primitive after the other."""
 
 MAX_SAH_DEPTH = 40
-"""Below this depth ranges are halved by count: the whole tree stays under 40 + log2(n) levels, whatever the input."""
+"""Below this depth ranges are halved by count: the whole tree stays under 44 + log2(n) levels, whatever the input."""
 
-ID_TAG = np.int32(0x40000000)
-"""Set in the id that a box carries in word 3, so that its bits are a normal float (denormal ones are slow)."""
+EMPTY = np.float32(3e38)
 
-_EMPTY = np.float32(3e38)
-_RECORD = 4  # words of an open range: node, first, end, depth
+BIN_BOXES, BIN_COUNTS = 0, 32 * BINS
+LEFT_COUNTS, LEFT_AREAS, RIGHT_AREAS = 36 * BINS, 40 * BINS, 44 * BINS + 4
+SPLIT_WORDS = 48 * BINS + 8
+"""Offsets into the memory of `split`, which is as many words: for each bin and axis (of which there are four, the last
+one never used) a box and a number of boxes; then the number on the left of a split after the bin, and half areas."""
 
 
 @inline
@@ -52,210 +63,186 @@ def area(box):
 
 
 @inline
-def center_box(box):
-    """Return twice the centre of a box as a box (c, -c)."""
-    center = lower_half(box) - upper_half(box)
-    return join(center, -center)
+def center_of(boxes, i):
+    """Return twice the centre of box i."""
+    box = load8(boxes, 8 * i)
+    return lower_half(box) - upper_half(box)
 
 
 @inline
-def bin_number(box, lowest, scale, bins):
-    """Return the bin of a box on each axis."""
-    position = (lower_half(box) - upper_half(box) - lowest) * scale
-    return to_int(minimum(maximum(position, 0.0), np.float32(bins - 1)))
+def areas(x, y, z):
+    """Return half the surface areas of three boxes, as the first three of four lanes."""
+    x, y, z = lower_half(x) + upper_half(x), lower_half(y) + upper_half(y), lower_half(z) + upper_half(z)
+    a, b, c = interleave4(x, y, z, z, 0), interleave4(x, y, z, z, 1), interleave4(x, y, z, z, 2)
+    return a * b + b * c + c * a
 
 
 @inline
-def blocks(count, leaf_size):
-    """Return how many leaf blocks hold `count` primitives."""
-    return np.float32((count + leaf_size - 1) // leaf_size)
+def bin_box(memory, number, axis):
+    """Return the box of a bin."""
+    return load8(memory, BIN_BOXES + 32 * number + 8 * axis)
 
 
 @inline
-def fill_bins(boxes, first, end, lowest, scale, bins, bin_boxes, bin_counts):
-    """Grow each axis' bins by the boxes of a range."""
-    for k in range(3 * bins):
-        store8(bin_boxes, 8 * k, f32x8(_EMPTY))
-        store_scalar(bin_counts, k, 0)
-    for i in range(first, end):
-        box = load8(boxes, 8 * i)
-        number = bin_number(box, lowest, scale, bins)
+def clear_bins(bins, memory):
+    """Empty the bins."""
+    for number in range(bins):
         for axis in range(3):
-            k = axis * bins + extract(number, axis)
-            store8(bin_boxes, 8 * k, minimum(load8(bin_boxes, 8 * k), box))
-            store_scalar(bin_counts, k, scalar_int(bin_counts, k) + 1)
+            store8(memory, BIN_BOXES + 32 * number + 8 * axis, f32x8(EMPTY))
+    for k in range(0, 4 * bins, 8):
+        store8(memory, BIN_COUNTS + k, f32x8(0))
 
 
 @inline
-def best_split(count, leaf_size, extent, bins, bin_boxes, bin_counts, right_costs):
-    """Return (cost, axis, last bin on the left) of the cheapest split, axis -1 when there is none."""
-    best, best_axis, best_bin = _EMPTY, -1, 0
+def add_to_bins(boxes, i, low, scale, bins, memory):
+    """Grow a bin of each axis by box i."""
+    box = load8(boxes, 8 * i)
+    position = (lower_half(box) - upper_half(box) - low) * scale
+    numbers = to_int(minimum(maximum(position, 0.0), np.float32(bins - 1)))
     for axis in range(3):
-        if extract(extent, axis) <= 0:
-            continue
-        grown, n = f32x8(_EMPTY), 0
-        for j in range(bins - 1, 0, -1):
-            k = axis * bins + j
-            grown, n = minimum(grown, load8(bin_boxes, 8 * k)), n + scalar_int(bin_counts, k)
-            store_scalar(right_costs, j, area(grown) * blocks(n, leaf_size) if n > 0 else np.float32(0))
-        grown, n = f32x8(_EMPTY), 0
-        for j in range(bins - 1):
-            k = axis * bins + j
-            grown, n = minimum(grown, load8(bin_boxes, 8 * k)), n + scalar_int(bin_counts, k)
-            if 0 < n < count:
-                cost = area(grown) * blocks(n, leaf_size) + scalar(right_costs, j + 1)
-                if cost < best:
-                    best, best_axis, best_bin = cost, axis, j
-    return best, best_axis, best_bin
+        number = np.int64(extract(numbers, axis))
+        store8(memory, BIN_BOXES + 32 * number + 8 * axis, least_number(bin_box(memory, number, axis), box))
+        count = BIN_COUNTS + 4 * number + axis
+        store_scalar(memory, count, scalar(memory, count) + np.float32(1))
 
 
 @inline
-def halve(boxes, first, end, children):
+def fill_bins(boxes, first, end, low, scale, bins, memory):
+    """Grow the bins of each axis by the boxes of a range, by their centres."""
+    clear_bins(bins, memory)
+    half = (end - first) // 2
+    for i in range(first, first + half):  # two places in turn, so that few additions wait for the one before
+        add_to_bins(boxes, i, low, scale, bins, memory)
+        add_to_bins(boxes, i + half, low, scale, bins, memory)
+    if first + 2 * half < end:
+        add_to_bins(boxes, end - 1, low, scale, bins, memory)
+
+
+@inline
+def sort_few(boxes, first, count, memory):
+    """Put the boxes of a small range in order on each axis, by their centres: one in each of `FEW` bins."""
+    clear_bins(FEW, memory)
+    for i in range(count):
+        center = center_of(boxes, first + i)
+        rank = center * 0.0
+        one = rank + 1.0
+        for j in range(i):
+            rank = rank + select(center_of(boxes, first + j) <= center, one, 0.0)
+        for j in range(i + 1, count):
+            rank = rank + select(center_of(boxes, first + j) < center, one, 0.0)
+        numbers = to_int(rank)
+        for axis in range(3):
+            number = np.int64(extract(numbers, axis))
+            store8(memory, BIN_BOXES + 32 * number + 8 * axis, load8(boxes, 8 * (first + i)))
+            store_scalar(memory, BIN_COUNTS + 4 * i + axis, np.float32(1))
+
+
+@inline
+def sweep(bins, memory):
+    """Write the areas of what lies left and right of each split, and the count of what lies left."""
+    left_x, left_y, left_z = f32x8(EMPTY), f32x8(EMPTY), f32x8(EMPTY)
+    right_x, right_y, right_z = left_x, left_x, left_x
+    n = load4(memory, BIN_COUNTS) * 0.0
+    for j in range(bins):
+        left_x, left_y = least_number(left_x, bin_box(memory, j, 0)), least_number(left_y, bin_box(memory, j, 1))
+        left_z = least_number(left_z, bin_box(memory, j, 2))
+        n = n + load4(memory, BIN_COUNTS + 4 * j)
+        store8(memory, LEFT_COUNTS + 4 * j, n)
+        store8(memory, LEFT_AREAS + 4 * j, areas(left_x, left_y, left_z))
+        k = bins - 1 - j
+        right_x, right_y = least_number(right_x, bin_box(memory, k, 0)), least_number(right_y, bin_box(memory, k, 1))
+        right_z = least_number(right_z, bin_box(memory, k, 2))
+        store8(memory, RIGHT_AREAS + 4 * (k - 1), areas(right_x, right_y, right_z))
+
+
+@inline
+def best_split(count, leaf_size, bins, memory):
+    """Return (cost, 4 * last bin on the left + axis) of the cheapest split, -1 when there is none."""
+    best, where = EMPTY, np.int64(-1)
+    whole, share, last = np.float32(count), np.float32(1) / np.float32(leaf_size), np.float32(leaf_size - 1)
+    for k in range(0, 4 * bins, 8):
+        n = load8(memory, LEFT_COUNTS + k)
+        left, right = floor((n + last) * share), floor((whole - n + last) * share)  # in leaf blocks
+        cost = load8(memory, LEFT_AREAS + k) * left + load8(memory, RIGHT_AREAS + k) * right
+        cost = select((n > 0.0) & (n < whole), cost, EMPTY)
+        least = lowest(cost)
+        if least < best:
+            best, where = least, np.int64(k + count_trailing_zeros(bits(cost == least)))
+    return best, where
+
+
+@inline
+def halve(boxes, first, end, children, target):
     """Split a range in the middle, without moving anything."""
     middle = (first + end) // 2
     for side in range(2):
-        whole, centers = f32x8(_EMPTY), f32x8(_EMPTY)
+        whole = f32x8(EMPTY)
         for i in range(middle if side else first, end if side else middle):
-            box = load8(boxes, 8 * i)
-            whole, centers = minimum(whole, box), minimum(centers, center_box(box))
-        store8(children, 16 * side, whole)
-        store8(children, 16 * side + 8, centers)
+            whole = minimum(whole, load8(boxes, 8 * i))
+        store8(children, target + 16 * side, whole)
     return middle
 
 
 @inline
-def partition(boxes, spare, first, end, axis, last, lowest, scale, bins, children):
+def join_bins(bins, axis, last, memory, children, target):
+    """Write the boxes of both sides of a split."""
+    left, right = f32x8(EMPTY), f32x8(EMPTY)
+    for j in range(last + 1):
+        left = least_number(left, bin_box(memory, j, axis))
+    for j in range(last + 1, bins):
+        right = least_number(right, bin_box(memory, j, axis))
+    store8(children, target, left)
+    store8(children, target + 16, right)
+
+
+@inline
+def partition(boxes, spare, first, end, axis, last, low, scale):
     """Move the boxes of bins up to `last` to the front of the range, keeping order; without a branch per box."""
-    left, left_centers = f32x8(_EMPTY), f32x8(_EMPTY)
-    right, right_centers = left, left
-    middle, moved = first, 0
+    middle, moved, bound = first, first, np.float32(last + 1)
     for i in range(first, end):
         box = load8(boxes, 8 * i)
-        is_left = extract(bin_number(box, lowest, scale, bins), axis) <= last
-        centers = center_box(box)
+        position = (scalar(boxes, 8 * i + axis) - scalar(boxes, 8 * i + 4 + axis) - low) * scale
+        is_left = not position >= bound  # as in the bins where a range is so small that this is not a number
         store8(boxes, 8 * middle, box)
-        store8(spare, 8 * (first + moved), box)
-        apart, apart_centers = f32x8(_EMPTY), f32x8(_EMPTY)
-        here = f32x8(np.float32(1) if is_left else np.float32(0)) > 0.5
-        left, right = minimum(left, select(here, box, apart)), minimum(right, select(here, apart, box))
-        left_centers = minimum(left_centers, select(here, centers, apart_centers))
-        right_centers = minimum(right_centers, select(here, apart_centers, centers))
+        store8(spare, 8 * moved, box)
         middle += is_left
         moved += not is_left
-    for i in range(moved):
+    for i in range(end - middle):
         store8(boxes, 8 * (middle + i), load8(spare, 8 * (first + i)))
-    store8(children, 0, left)
-    store8(children, 8, left_centers)
-    store8(children, 16, right)
-    store8(children, 24, right_centers)
     return middle
 
 
 @inline
-def split(boxes, spare, first, end, whole, centers, depth, leaf_size, bin_boxes, bin_counts, right_costs,
-          children):
-    """Split a range where it costs least; return its middle, or -1 to make a leaf."""
+def split(boxes, spare, first, end, whole, depth, leaf_size, memory, children, target):
+    """Split a range where it costs least; return its middle, or -1 to make a leaf.
+
+    The boxes of both sides go to words `target` and `target` + 16 of `children`.
+    """
     count = end - first
-    lowest = lower_half(centers)
-    extent = -(lowest + upper_half(centers))
-    bins = BINS if count > 24 else FEW_BINS
-    scale = select(extent > 0.0, np.float32(bins * 0.999) / extent, 0.0)
-    fill_bins(boxes, first, end, lowest, scale, bins, bin_boxes, bin_counts)
-    cost, axis, last = best_split(count, leaf_size, extent, bins, bin_boxes, bin_counts, right_costs)
+    low, high = load4(boxes, 0) * 0.0, load4(boxes, 0) * 0.0
+    scale, bins = low, FEW
+    if count <= FEW:
+        sort_few(boxes, first, count, memory)
+    else:
+        bins = COARSE_BINS if count <= COARSE_UP_TO else BINS
+        low, high = low + EMPTY, high - EMPTY
+        for i in range(first, end):
+            center = center_of(boxes, i)
+            low, high = minimum(low, center), maximum(high, center)
+        scale = select(high > low, np.float32(bins * 0.999) / (high - low), 0.0)
+        fill_bins(boxes, first, end, low, scale, bins, memory)
+    sweep(bins, memory)
+    cost, where = best_split(count, leaf_size, bins, memory)
     if count <= leaf_size:
-        leaf_cost = COST_INTERSECT * blocks(count, leaf_size) * area(whole)
-        if axis < 0 or leaf_cost <= area(whole) + COST_INTERSECT * cost:
-            return -1
-    if axis < 0 or depth >= MAX_SAH_DEPTH:
-        return halve(boxes, first, end, children)
-    return partition(boxes, spare, first, end, axis, last, lowest, scale, bins, children)
-
-
-@kernel
-def prepare_boxes(lo, hi, boxes, whole, first, end):
-    """Write boxes (lo, id, -hi, 0) for a range of primitives, and their bounds and centre bounds to `whole`."""
-    ids = boxes.view(np.int32)
-    everything, centers = f32x8(_EMPTY), f32x8(_EMPTY)
-    for i in range(first, end):
-        for axis in range(3):
-            boxes[8 * i + axis] = lo[i, axis]
-            boxes[8 * i + 4 + axis] = -hi[i, axis]
-        ids[8 * i + 3] = ID_TAG | i
-        boxes[8 * i + 7] = 0
-        box = load8(boxes, 8 * i)
-        everything, centers = minimum(everything, box), minimum(centers, center_box(box))
-    store8(whole, 0, everything)
-    store8(whole, 8, centers)
-
-
-@routine
-def build_range(boxes, spare, bounds, meta, leaf_size, root, first, end, whole, depth, next_node, task_size, tasks,
-                task_boxes):
-    """Build the subtree of a range; ranges of at most `task_size` are left as tasks while there is room for them.
-
-    bounds and meta describe the binary nodes: a box, and (left child, -1) or (first primitive, count). The two
-    children of a node are neighbours. Return the number of tasks.
-    """
-    bin_boxes, bin_counts = stack_floats(384), stack_ints(48)
-    right_costs, children = stack_floats(16), stack_floats(32)
-    open_boxes, open_ranges = stack_floats(2048), stack_ints(512)
-    store8(open_boxes, 0, load8(whole, 0))
-    store8(open_boxes, 8, load8(whole, 8))
-    for k, value in enumerate((root, first, end, depth)):
-        store_scalar(open_ranges, k, value)
-    size, task_count, room = 1, 0, len(tasks) // _RECORD
-    while size > 0:
-        size -= 1
-        record = _RECORD * size
-        node, first = np.int64(scalar_int(open_ranges, record)), np.int64(scalar_int(open_ranges, record + 1))
-        end, depth = np.int64(scalar_int(open_ranges, record + 2)), scalar_int(open_ranges, record + 3)
-        box, centers = load8(open_boxes, 16 * size), load8(open_boxes, 16 * size + 8)
-        if end - first <= task_size and task_count < room:
-            for k, value in enumerate((node, first, end, np.int64(depth))):
-                tasks[_RECORD * task_count + k] = value
-            store8(task_boxes, 16 * task_count, box)
-            store8(task_boxes, 16 * task_count + 8, centers)
-            task_count += 1
-            continue
-        store8(bounds, 8 * node, box)
-        middle = np.int64(-1)
-        if end - first > 1:
-            middle = split(boxes, spare, first, end, box, centers, depth, leaf_size, bin_boxes, bin_counts,
-                           right_costs, children)
-        if middle < 0:
-            meta[2 * node], meta[2 * node + 1] = first, end - first
-            continue
-        meta[2 * node], meta[2 * node + 1] = next_node, -1
-        for side in range(1, -1, -1):  # right first, so that left is built next and lies nearer
-            store8(open_boxes, 16 * size, load8(children, 16 * side))
-            store8(open_boxes, 16 * size + 8, load8(children, 16 * side + 8))
-            record = _RECORD * size
-            store_scalar(open_ranges, record, next_node + side)
-            store_scalar(open_ranges, record + 1, middle if side else first)
-            store_scalar(open_ranges, record + 2, end if side else middle)
-            store_scalar(open_ranges, record + 3, depth + 1)
-            size += 1
-        next_node += 2
-    return task_count
-
-
-@kernel
-def build_tree(boxes, spare, bounds, meta, leaf_size, whole, task_size, tasks, task_boxes, counter):
-    """Build the top of the tree (counter[0] < 0), or tasks of it, handed out by `counter`.
-
-    With n boxes the root is node 2n and the top's nodes follow; the task of range [first, end) takes nodes from
-    2 first.    Return the number of tasks left by the top.
-    """
-    n = len(boxes) // 8
-    if counter[0] < 0:
-        return build_range(boxes, spare, bounds, meta, leaf_size, 2 * n, 0, n, whole, 0, 2 * n + 1, task_size, tasks,
-                           task_boxes)
-    none, none_boxes = tasks[:0], task_boxes[:0]
-    while True:
-        k = atomic_add(counter, 0, 1)
-        if k >= counter[1]:
-            return 0
-        node, first = tasks[_RECORD * k], tasks[_RECORD * k + 1]
-        end, depth = tasks[_RECORD * k + 2], tasks[_RECORD * k + 3]
-        build_range(boxes, spare, bounds, meta, leaf_size, node, first, end, task_boxes[16 * k:], depth, 2 * first, 0,
-                    none, none_boxes)
+        leaf_cost = COST_INTERSECT * area(whole)
+        if where < 0 or leaf_cost <= area(whole) + COST_INTERSECT * cost:
+            return np.int64(-1)
+    if where < 0 or depth >= MAX_SAH_DEPTH:
+        return halve(boxes, first, end, children, target)
+    axis, last = where & 3, where >> 2
+    join_bins(bins, axis, last, memory, children, target)
+    if count <= FEW:
+        for i in range(count):
+            store8(boxes, 8 * (first + i), bin_box(memory, i, axis))
+        return first + last + 1
+    return partition(boxes, spare, first, end, axis, last, extract(low, axis), extract(scale, axis))

@@ -118,7 +118,16 @@ def _fma(builder, lanes, x, y, z):
     return call(builder, f"llvm.fma.{suffix(lanes)}", lanes.register, [x, y, z])
 
 
+def _least_number(builder, lanes, x, y):
+    kind = ir.FunctionType(lanes.register, [lanes.register] * 2)
+    name = f"llvm.minnum.{suffix(lanes)}"
+    return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), [x, y], fastmath=("nnan", "nsz"))
+
+
 minimum, maximum = _extreme("<"), _extreme(">")
+least_number = _function(_least_number, 2)
+"""The smaller of two floats, neither NaN nor negative zero. What `minimum` leaves where it was loaded becomes a masked
+store, which no load that follows can be served from."""
 fma = _function(_fma, 3)
 product = _function(lambda b, lanes, x, y: b.fmul(x, y), 2)
 difference = _function(lambda b, lanes, x, y: b.fsub(x, y), 2)
