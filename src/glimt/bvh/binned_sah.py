@@ -36,7 +36,8 @@ from glimt.lanes import (
 FEW = 8
 """Up to this many boxes are sorted on each axis, and every split between two of them is considered."""
 
-BINS, COARSE_BINS, COARSE_UP_TO = 16, 8, 24
+SAMPLE_FROM, SAMPLE_STEP = 1024, 4
+BINS, COARSE_BINS, COARSE_UP_TO = 16, 8, 64
 
 COST_INTERSECT = np.float32(8)
 """Cost of a leaf block of primitives in visits of a node: a node tests eight children at once, a leaf one
@@ -107,15 +108,15 @@ def add_to_bins(boxes, i, low, scale, bins, memory):
 
 
 @inline
-def fill_bins(boxes, first, end, low, scale, bins, memory):
-    """Grow the bins of each axis by the boxes of a range, by their centres."""
+def fill_bins(boxes, first, count, step, low, scale, bins, memory):
+    """Grow the bins of each axis by `count` boxes of a range, by their centres."""
     clear_bins(bins, memory)
-    half = (end - first) // 2
-    for i in range(first, first + half):  # two places in turn, so that few additions wait for the one before
-        add_to_bins(boxes, i, low, scale, bins, memory)
-        add_to_bins(boxes, i + half, low, scale, bins, memory)
-    if first + 2 * half < end:
-        add_to_bins(boxes, end - 1, low, scale, bins, memory)
+    half = count // 2
+    for i in range(half):  # two places in turn, so that few additions wait for the one before
+        add_to_bins(boxes, first + i * step, low, scale, bins, memory)
+        add_to_bins(boxes, first + (i + half) * step, low, scale, bins, memory)
+    if 2 * half < count:
+        add_to_bins(boxes, first + (count - 1) * step, low, scale, bins, memory)
 
 
 @inline
@@ -172,15 +173,12 @@ def best_split(count, leaf_size, bins, memory):
 
 
 @inline
-def halve(boxes, first, end, children, target):
-    """Split a range in the middle, without moving anything."""
-    middle = (first + end) // 2
-    for side in range(2):
-        whole = f32x8(EMPTY)
-        for i in range(middle if side else first, end if side else middle):
-            whole = minimum(whole, load8(boxes, 8 * i))
-        store8(children, target + 16 * side, whole)
-    return middle
+def bound(boxes, first, end):
+    """Return the box around a range."""
+    even = odd = load8(boxes, 8 * (end - 1))
+    for i in range(first, end - 1, 2):  # two at a time, since each minimum waits for the one before
+        even, odd = least_number(even, load8(boxes, 8 * i)), least_number(odd, load8(boxes, 8 * i + 8))
+    return least_number(even, odd)
 
 
 @inline
@@ -198,11 +196,11 @@ def join_bins(bins, axis, last, memory, children, target):
 @inline
 def partition(boxes, spare, first, end, axis, last, low, scale):
     """Move the boxes of bins up to `last` to the front of the range, keeping order; without a branch per box."""
-    middle, moved, bound = first, first, np.float32(last + 1)
+    middle, moved, edge = first, first, np.float32(last + 1)
     for i in range(first, end):
         box = load8(boxes, 8 * i)
         position = (scalar(boxes, 8 * i + axis) - scalar(boxes, 8 * i + 4 + axis) - low) * scale
-        is_left = not position >= bound  # as in the bins where a range is so small that this is not a number
+        is_left = not position >= edge  # as in the bins where a range is so small that this is not a number
         store8(boxes, 8 * middle, box)
         store8(spare, 8 * moved, box)
         middle += is_left
@@ -220,29 +218,37 @@ def split(boxes, spare, first, end, whole, depth, leaf_size, memory, children, t
     """
     count = end - first
     low, high = load4(boxes, 0) * 0.0, load4(boxes, 0) * 0.0
-    scale, bins = low, FEW
+    scale, bins, sampled = low, FEW, count
     if count <= FEW:
         sort_few(boxes, first, count, memory)
     else:
+        step = 1 if count <= SAMPLE_FROM else SAMPLE_STEP
+        sampled = (count + step - 1) // step
         bins = COARSE_BINS if count <= COARSE_UP_TO else BINS
         low, high = low + EMPTY, high - EMPTY
-        for i in range(first, end):
+        for i in range(first, end, step):
             center = center_of(boxes, i)
             low, high = minimum(low, center), maximum(high, center)
         scale = select(high > low, np.float32(bins * 0.999) / (high - low), 0.0)
-        fill_bins(boxes, first, end, low, scale, bins, memory)
+        fill_bins(boxes, first, sampled, step, low, scale, bins, memory)
     sweep(bins, memory)
-    cost, where = best_split(count, leaf_size, bins, memory)
+    cost, where = best_split(sampled, leaf_size, bins, memory)
     if count <= leaf_size:
         leaf_cost = COST_INTERSECT * area(whole)
         if where < 0 or leaf_cost <= area(whole) + COST_INTERSECT * cost:
             return np.int64(-1)
+    axis, last, middle = where & 3, where >> 2, first + count // 2
     if where < 0 or depth >= MAX_SAH_DEPTH:
-        return halve(boxes, first, end, children, target)
-    axis, last = where & 3, where >> 2
-    join_bins(bins, axis, last, memory, children, target)
-    if count <= FEW:
+        sampled = 0
+    elif count <= FEW:
         for i in range(count):
             store8(boxes, 8 * (first + i), bin_box(memory, i, axis))
-        return first + last + 1
-    return partition(boxes, spare, first, end, axis, last, extract(low, axis), extract(scale, axis))
+        middle = first + last + 1
+    else:
+        middle = partition(boxes, spare, first, end, axis, last, extract(low, axis), extract(scale, axis))
+    if sampled == count:
+        join_bins(bins, axis, last, memory, children, target)
+    else:
+        store8(children, target, bound(boxes, first, middle))
+        store8(children, target + 16, bound(boxes, middle, end))
+    return middle
