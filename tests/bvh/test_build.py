@@ -102,6 +102,24 @@ def test_threads_do_not_change_the_tree(count):
         assert other.leaf_prims.tobytes() == one.leaf_prims.tobytes()
 
 
+def grown(count):
+    """Boxes of which most are small and some span much of the scene, so that few splits are balanced."""
+    lo, hi = boxes(count, size=0.001)
+    hi[::97] += np.float32(0.5)
+    return lo, hi
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_inner_child_would_fit_into_its_parent(seed):
+    """Wide nodes are chosen so that their areas add up to the least: joining two that fit into one would save one."""
+    tree = bvh.build(*grown(2000 + seed))
+    codes = tree.nodes.reshape(-1, NODE.words).view(np.int32)[:, NODE.child:NODE.child + WIDTH]
+    used = tree.nodes.reshape(-1, NODE.words)[:, :WIDTH] < 1e38
+    children = used.sum(1)
+    for node, k in zip(*np.nonzero(used & (codes >= 0)), strict=True):
+        assert children[node] - 1 + children[codes[node, k]] > WIDTH
+
+
 def test_nodes_start_on_a_cache_line():
     lo, hi = boxes(100)
     assert bvh.build(lo, hi).nodes.ctypes.data % 64 == 0

@@ -25,6 +25,7 @@ from glimt.lanes import (
     interleave4,
     join,
     lane_numbers,
+    least_number,
     load,
     load8,
     lower_half,
@@ -131,6 +132,20 @@ def _int_operators(x, y, out):
         store(out, 12 * n + i, select(a < b, i32(1), 0) + select(a == b, i32(2), 0) + select(a >= b, i32(4), 0))
         store(out, 13 * n + i, a + 3)
         store(out, 14 * n + i, as_int(to_float(a)))
+
+
+@compile_test
+def _least_numbers(x, y, out):
+    for i in range(0, len(x), LANES):
+        store(out, i, least_number(load(x, i), load(y, i)))
+
+
+def test_the_least_of_two_numbers():
+    x, y = _pairs()
+    usable = ~(np.isnan(x) | np.isnan(y) | ((x == 0) & (y == 0)))
+    out = np.empty_like(x)
+    _least_numbers(x, y, out)
+    np.testing.assert_array_equal(out[usable], np.minimum(x, y)[usable])
 
 
 def test_int_operators_wrap_around():

@@ -9,7 +9,6 @@ import numpy as np
 
 from glimt.kernel import inline
 from glimt.lanes import (
-    as_int,
     bits,
     count_trailing_zeros,
     extract,
@@ -24,11 +23,9 @@ from glimt.lanes import (
     maximum,
     minimum,
     scalar,
-    scalar_int,
     select,
     store8,
     store_scalar,
-    to_float,
     to_int,
     upper_half,
 )
@@ -36,12 +33,13 @@ from glimt.lanes import (
 FEW = 8
 """Up to this many boxes are sorted on each axis, and every split between two of them is considered."""
 
-SAMPLE_FROM, SAMPLE_STEP = 1024, 4
 BINS, COARSE_BINS, COARSE_UP_TO = 16, 8, 64
 
-COST_INTERSECT = np.float32(8)
-"""Cost of a leaf block of primitives in visits of a node: a node tests eight children at once, a leaf one
-primitive after the other."""
+SAMPLE_FROM, SAMPLE_STEP = 1024, 4
+"""Of more boxes than this only every fourth is binned: all are moved, and bounded exactly."""
+
+COST_INTERSECT = np.float32(4)
+"""Cost of a leaf block of primitives in visits of a node."""
 
 MAX_SAH_DEPTH = 40
 """Below this depth ranges are halved by count: the whole tree stays under 44 + log2(n) levels, whatever the input."""
@@ -211,12 +209,23 @@ def partition(boxes, spare, first, end, axis, last, low, scale):
 
 
 @inline
+def sum_of_areas(boxes, first, end):
+    """Return the sum of half the surface areas of boxes."""
+    total = np.float32(0)
+    for i in range(first, end):
+        total += area(load8(boxes, 8 * i))
+    return total
+
+
+@inline
 def split(boxes, spare, first, end, whole, depth, leaf_size, memory, children, target):
     """Split a range where it costs least; return its middle, or -1 to make a leaf.
 
     The boxes of both sides go to words `target` and `target` + 16 of `children`.
     """
     count = end - first
+    if count <= leaf_size and sum_of_areas(boxes, first, end) >= area(whole):  # as in a closed surface
+        return np.int64(-1)
     low, high = load4(boxes, 0) * 0.0, load4(boxes, 0) * 0.0
     scale, bins, sampled = low, FEW, count
     if count <= FEW:

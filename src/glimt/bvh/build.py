@@ -9,7 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.bvh import subtrees
-from glimt.bvh.subtrees import build_subtrees, lay_out, prepare_boxes
+from glimt.bvh.subtrees import (
+    DEPTH,
+    FIRST_CUT,
+    HEIGHT,
+    LEAF_BASE,
+    LEAVES,
+    NODE_BASE,
+    NODES,
+    ROOT,
+    START,
+    STOP,
+    TASK_WORDS,
+    build_subtrees,
+    lay_out,
+    prepare_boxes,
+)
 from glimt.bvh.wide import RECORD, WIDTH, WideTree
 from glimt.layout import LEAF_SIZE, NODE, STACK_SIZE
 
@@ -61,24 +76,25 @@ def _empty_tree() -> WideTree:
 class _Builder:
     """The arrays that a build needs on its way.
 
-    The binary nodes of a range [first, end) of boxes are those from 2 first, under a root that is elsewhere; the nodes
-    from 2n are the top of the tree, whose leaves are the roots of such ranges. Node 2n - 1 is never used, and empty.
+    The binary nodes of a range [first, end) of boxes are those from 2 first, below a root that is elsewhere; the nodes
+    from 2n are the top of the tree, and its leaves the roots of such ranges. Node 2n - 1 is never used, and empty.
     """
 
     def __init__(self, lo: NDArray[np.float32], hi: NDArray[np.float32], leaf_size: int,
                  pool: ThreadPoolExecutor | None, helpers: int) -> None:
         self.pool, self.helpers, self.leaf_size, self.count = pool, helpers, leaf_size, len(lo)
+        self.top = 2 * self.count
+        top_nodes = _MOST_TOP_NODES if self.count > _PARALLEL_FROM else 1
         self.boxes, self.spare = aligned(8 * self.count), aligned(8 * self.count)
-        node_count = 2 * self.count + (_MOST_TOP_NODES if self.count > _PARALLEL_FROM else 1)
-        self.binary, self.meta = aligned(RECORD * node_count), np.empty((node_count, 2), np.int32)
-        self.cuts = np.empty(WIDTH * (self.count + _MOST_TOP_NODES), np.int32)
+        self.binary, self.meta = aligned(RECORD * (self.top + top_nodes)), np.empty((self.top + top_nodes, 2), np.int32)
+        self.cuts = np.empty(WIDTH * (self.count + top_nodes), np.int32)
         bounds = np.empty((-(-self.count // subtrees.CHUNK), 8), np.float32)
         self._run(prepare_boxes, lo, hi, self.boxes, bounds.ravel())
-        root = 2 * self.count
-        self.binary[RECORD * root:RECORD * root + 8] = bounds.min(0)
-        self.meta[root] = 0, self.count
-        self.binary[RECORD * (root - 1):RECORD * (root - 1) + 8] = 3e38
-        self.meta[root - 1] = 0
+        self._set(self.top, bounds.min(0), 0, self.count)
+        self._set(self.top - 1, 3e38, 0, 0)
+
+    def _set(self, node: int, box: Any, first: int, count: int) -> None:
+        self.binary[RECORD * node:RECORD * node + 8], self.meta[node] = box, (first, count)
 
     def _run(self, kernel: Callable[..., None], *arguments: Any) -> None:
         """Run a kernel in all threads at once, this one among them."""
@@ -92,51 +108,63 @@ class _Builder:
         self._run(build_subtrees, self.boxes, self.spare, self.binary, self.meta.ravel(), self.cuts, self.leaf_size,
                   tasks, mode)
 
-    def _grow_top(self) -> tuple[NDArray[np.int64], int]:
-        """Split what is too large for one thread; return (node, depth) of what is left, and the number of nodes."""
-        top, used = 2 * self.count, 1
-        task_size = max(self.count // 32, 1024) if self.count > _PARALLEL_FROM else self.count
-        opened, depth, closed = np.array([top]), 0, []
-        while True:
-            large = self.meta[opened, 1] > (task_size if used + 2 * len(opened) < _MOST_TOP_NODES else self.count)
-            closed += [(node, depth) for node in opened[~large].tolist()]
-            opened = opened[large]
-            if not len(opened):
-                return np.array(closed, np.int64), used
-            tasks = np.zeros((len(opened), subtrees.TASK_WORDS), np.int64)
-            tasks[:, subtrees.ROOT], tasks[:, subtrees.DEPTH] = opened, depth
-            tasks[:, subtrees.START] = top + used + 2 * np.arange(len(opened))
-            self._build(tasks, subtrees.SPLIT_ONCE)
-            opened = top + used + np.arange(2 * len(opened))
-            used, depth = used + len(opened), depth + 1
-
     def tree(self) -> WideTree:
-        closed, used = self._grow_top()
-        top = 2 * self.count
-        counts = self.meta[closed[:, 0], 1]
-        if used > 1:
-            closed, counts = closed[counts > self.leaf_size], counts[counts > self.leaf_size]
-        first = self.meta[closed[:, 0], 0]
-        tasks = np.zeros((len(closed) + 1, subtrees.TASK_WORDS), np.int64)
-        order = np.argsort(-counts, kind="stable")
-        tasks[1:, :2] = closed[order]
-        tasks[1:, subtrees.START], tasks[1:, subtrees.FIRST_CUT] = 2 * first[order], WIDTH * first[order]
-        self._build(tasks[1:], subtrees.BUILD)
-        if used > 1:
-            tasks[0, [subtrees.ROOT, subtrees.START, subtrees.STOP, subtrees.FIRST_CUT]] = (
-                top, top, top + used, WIDTH * self.count)
-            self._build(tasks[:1], subtrees.COLLAPSE)
-        place = np.argsort(tasks[:, subtrees.FIRST_CUT] * (np.arange(len(tasks)) > 0), kind="stable")
-        for base, size in ((subtrees.NODE_BASE, subtrees.NODES), (subtrees.LEAF_BASE, subtrees.LEAVES)):
-            tasks[place, base] = np.cumsum(tasks[place, size]) - tasks[place, size]
-        roots = tasks[1:, subtrees.ROOT]
-        above = -1 - self.meta[roots, 1] if used > 1 else 0
-        if used > 1:
-            self.meta[roots, 0] = tasks[1:, subtrees.NODE_BASE]
-        depth = int((above + tasks[1:, subtrees.HEIGHT]).max(initial=int(tasks[0, subtrees.HEIGHT])))
+        """Build the tree."""
+        tasks = self._build_binary()
+        nodes_before, leaves_before = (np.cumsum(tasks[:, column]) - tasks[:, column] for column in (NODES, LEAVES))
+        tasks[:, NODE_BASE], tasks[:, LEAF_BASE] = nodes_before, leaves_before
+        depth = self._join_to_top(tasks)
         if (WIDTH - 1) * depth + 1 > STACK_SIZE:
             raise AssertionError(f"a tree of depth {depth} does not fit the traversal's stack")
-        nodes = aligned(NODE.words * int(tasks[:, subtrees.NODES].sum()))
-        leaf_prims = np.empty((int(tasks[:, subtrees.LEAVES].sum()), int(LEAF_SIZE)), np.int32)
+        nodes = aligned(NODE.words * int(tasks[:, NODES].sum()))
+        leaf_prims = np.empty((int(tasks[:, LEAVES].sum()), int(LEAF_SIZE)), np.int32)
         self._run(lay_out, tasks, self.boxes, self.binary, self.meta.ravel(), self.cuts, nodes, leaf_prims)
         return WideTree(nodes, leaf_prims, depth)
+
+    def _build_binary(self) -> NDArray[np.int64]:
+        """Build and collapse the binary tree; return the top as a task, then those of the subtrees, from left to right.
+
+        The top has no nodes when all is one subtree.
+        """
+        roots, depths, used = self._split_top()
+        first, counts = self.meta[roots].astype(np.int64).T
+        real = (counts > self.leaf_size) | (used == 1)
+        order = np.argsort(first[real], kind="stable")
+        tasks = np.zeros((len(order) + 1, TASK_WORDS), np.int64)
+        for column, values in ((ROOT, roots), (DEPTH, depths), (START, 2 * first), (FIRST_CUT, WIDTH * first)):
+            tasks[1:, column] = values[real][order]
+        largest_first = 1 + np.argsort(-counts[real][order], kind="stable")
+        built = tasks[largest_first]
+        self._build(built, subtrees.BUILD)
+        tasks[largest_first] = built
+        if used > 1:
+            tasks[0, [ROOT, START, STOP, FIRST_CUT]] = self.top, self.top, self.top + used, WIDTH * self.count
+            self._build(tasks[:1], subtrees.COLLAPSE)
+        return tasks
+
+    def _split_top(self) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
+        """Split what is too large for one task; return nodes and depths of what is left, and the top's node count."""
+        task_size = max(self.count // 32, 1024) if self.count > _PARALLEL_FROM else self.count
+        opened, used, depth, roots, depths = np.array([self.top]), 1, 0, [], []
+        while len(opened):
+            fits = used + 2 * len(opened) <= _MOST_TOP_NODES
+            large = self.meta[opened, 1] > (task_size if fits else self.count)
+            roots.append(opened[~large])
+            depths += [depth] * len(roots[-1])
+            tasks = np.zeros((int(large.sum()), TASK_WORDS), np.int64)
+            tasks[:, ROOT], tasks[:, DEPTH] = opened[large], depth
+            tasks[:, START] = self.top + used + 2 * np.arange(len(tasks))
+            if len(tasks):
+                self._build(tasks, subtrees.SPLIT_ONCE)
+            opened = self.top + used + np.arange(2 * len(tasks))
+            used, depth = used + 2 * len(tasks), depth + 1
+        return np.concatenate(roots), np.array(depths), used
+
+    def _join_to_top(self, tasks: NDArray[np.int64]) -> int:
+        """Tell the top where the nodes of the subtrees begin; return the depth of the whole tree."""
+        if not tasks[0, NODES]:
+            return int(tasks[1, HEIGHT])
+        roots = tasks[1:, ROOT]
+        above = -1 - self.meta[roots, 1]
+        self.meta[roots, 0] = tasks[1:, NODE_BASE]
+        return int((above + tasks[1:, HEIGHT]).max(initial=tasks[0, HEIGHT]))

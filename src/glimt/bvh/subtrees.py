@@ -1,6 +1,6 @@
-"""What threads share: growing and collapsing subtrees, and laying out their nodes.
+"""The kernels: growing and collapsing subtrees, laying out their nodes, and refitting them.
 
-Every kernel is handed its share of the work by `counter`, and what it writes depends on the place in the tree only.
+What threads share is handed out by `counter`, and what it writes depends on the place in the tree only.
 """
 
 import numpy as np
@@ -11,7 +11,9 @@ from glimt.kernel import inline, kernel
 from glimt.lanes import (
     atomic_add,
     f32x8,
+    highest,
     load8,
+    lowest,
     minimum,
     pointer,
     scalar,
@@ -142,3 +144,31 @@ def lay_out(tasks, boxes, binary, meta, cuts, nodes, leaf_prims, counter):
                 store_scalar(words, base + k + NODE.unused, 0)
             base += NODE.words
             cut += WIDTH
+
+
+@kernel
+def refit_nodes(lo, hi, old_nodes, leaf_prims, nodes):
+    """Bound children from the last node to the first: they come after their parents."""
+    low, high, prims = pointer(lo), pointer(hi), pointer(leaf_prims)
+    old, new = pointer(old_nodes), pointer(nodes)
+    for base in range(len(nodes) - NODE.words, -1, -NODE.words):
+        for row in range(0, NODE.words, WIDTH):
+            store8(new, base + row, load8(old, base + row))
+        for k in range(WIDTH):
+            code = np.int64(scalar_int(old, base + NODE.child + k))
+            if code >= 0:
+                child = NODE.words * code
+                for axis in range(3):
+                    row = WIDTH * axis
+                    store_scalar(new, base + row + k, lowest(load8(new, child + NODE.lo_x + row)))
+                    store_scalar(new, base + NODE.hi_x + row + k, highest(load8(new, child + NODE.hi_x + row)))
+            elif scalar(old, base + k) <= scalar(old, base + NODE.hi_x + k):
+                block, count = ~code // LEAF_STEP, ~code % LEAF_STEP
+                for axis in range(3):
+                    least, most = np.float32(np.inf), np.float32(-np.inf)
+                    for j in range(count):
+                        prim = 3 * np.int64(scalar_int(prims, LEAF_SIZE * block + j)) + axis
+                        least = min(least, scalar(low, prim) + np.float32(0))  # no zero is negative, as in `build`
+                        most = max(most, scalar(high, prim) + np.float32(0))
+                    store_scalar(new, base + WIDTH * axis + k, least)
+                    store_scalar(new, base + NODE.hi_x + WIDTH * axis + k, most)
