@@ -14,7 +14,7 @@ def refit(tree: WideTree, lo: NDArray[np.float32], hi: NDArray[np.float32]) -> W
 
     Linear in their number and several times faster than `build`. A ray's answer does not depend on the shape, its time
     does: good for bending and swaying, poor once neighbours part, since a node stays one node however far its
-    primitives are from each other. As a rule of thumb, build again when `tree_stats(tree).sah_cost` has grown by a half.
+    primitives are from each other. As a rule of thumb, build again when `tree_stats(tree).sah_cost` has grown by half.
 
     Parameters
     ----------
