@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from glimt import Camera, DirectionalLight, GlimtError, Material, Mesh, Renderer, RenderSettings, Scene, Texture
+from glimt.layout import NODE
 from glimt.packed.meshes import mesh_tree
 
 SIDE = 24
@@ -103,3 +104,19 @@ def test_meshes_before_are_forgotten():
     gc.collect()
     assert [each() for each in gone] == [None] * 8
     assert mesh_tree(scene.objects[0].mesh).depth > 1
+
+
+def test_the_tree_keeps_its_shape_and_fits_the_moved_triangles():
+    mesh = sheet()
+    picture(mesh)
+    moved = mesh.with_positions(wave(mesh, 0))
+    picture(moved)
+    before, after = mesh_tree(mesh), mesh_tree(moved)
+    np.testing.assert_array_equal(after.leaf_prims, before.leaf_prims)
+    codes = [tree.nodes.view(np.int32).reshape(-1, NODE.words)[:, NODE.child:NODE.unused] for tree in (before, after)]
+    np.testing.assert_array_equal(*codes)
+    root = after.nodes[:NODE.words]
+    lo, hi = root[NODE.lo_x:NODE.hi_x].reshape(3, 8), root[NODE.hi_x:NODE.child].reshape(3, 8)
+    used = lo[0] <= hi[0]
+    np.testing.assert_allclose(lo[:, used].min(1), moved.bounds()[0], atol=1e-5)
+    np.testing.assert_allclose(hi[:, used].max(1), moved.bounds()[1], atol=1e-5)

@@ -64,7 +64,7 @@ def pack_mesh(mesh: Mesh, with_tangents: bool, threads: int) -> PackedMesh:
     """Return the arrays of a mesh, which are kept as long as it lives."""
     packed = _PACKED.get(mesh)
     if packed is None:
-        tree = bvh.build(*_boxes(mesh), threads)
+        tree = _tree(mesh, threads)
         packed = PackedMesh(tree.nodes, _leaf_blocks(mesh, tree.leaf_prims), *_shading_arrays(mesh, with_tangents),
                             0, 0, 0, tuple(range(len(mesh.materials))), tree.depth, with_tangents)
         mesh.moved_from = None
@@ -75,6 +75,12 @@ def pack_mesh(mesh: Mesh, with_tangents: bool, threads: int) -> PackedMesh:
                                  material_ids=tuple(range(len(mesh.materials))), with_tangents=with_tangents)
         remember(mesh, packed)
     return packed
+
+
+def _tree(mesh: Mesh, threads: int) -> bvh.WideTree:
+    """Return a new tree, or that of the mesh which this one was before its vertices moved, fitted to it."""
+    before = _PACKED.get(mesh.moved_from) if mesh.moved_from else None
+    return bvh.refit(before.tree(), *_boxes(mesh)) if before else bvh.build(*_boxes(mesh), threads)
 
 
 def remember(mesh: Mesh, packed: PackedMesh) -> None:
