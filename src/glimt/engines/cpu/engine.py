@@ -67,6 +67,8 @@ class CpuEngine:
         control = np.zeros(16, np.int64)
         counters = np.zeros((min(self.threads, tiles), int(COUNTER_STRIDE)), np.int64)
         jobs: list[Future[Any]] = []
+        if progress:
+            progress("rendering", 0.0)
         try:  # awake for Ctrl-C; whatever happens, no job outlives this call
             for own in counters:
                 jobs.append(self._pool.submit(render_tiles, self._scene, self._light_count, view, sums, samples,
