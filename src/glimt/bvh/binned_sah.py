@@ -209,23 +209,12 @@ def partition(boxes, spare, first, end, axis, last, low, scale):
 
 
 @inline
-def sum_of_areas(boxes, first, end):
-    """Return the sum of half the surface areas of boxes."""
-    total = np.float32(0)
-    for i in range(first, end):
-        total += area(load8(boxes, 8 * i))
-    return total
-
-
-@inline
 def split(boxes, spare, first, end, whole, depth, leaf_size, memory, children, target):
     """Split a range where it costs least; return its middle, or -1 to make a leaf.
 
     The boxes of both sides go to words `target` and `target` + 16 of `children`.
     """
     count = end - first
-    if count <= leaf_size and sum_of_areas(boxes, first, end) >= area(whole):  # as in a closed surface
-        return np.int64(-1)
     low, high = load4(boxes, 0) * 0.0, load4(boxes, 0) * 0.0
     scale, bins, sampled = low, FEW, count
     if count <= FEW:
