@@ -7,7 +7,7 @@ from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
 
 from glimt.lanes.ops import suffix
-from glimt.lanes.types import INT32, INT64, LANES, as_lanes, lanes_type
+from glimt.lanes.types import INT32, INT64, LANES, Lanes, as_lanes, lanes_type
 
 
 def _address(context, builder, sig, args):
@@ -118,27 +118,55 @@ class _VectorAddress(ir.instructions.GEPInstr):
         self.type = ir.VectorType(ir.PointerType(), index.type.count)
 
 
+def _gather_emitter(lanes):
+    """Return what emits a gather of lanes from args (words, index, condition)."""
+    def emit(context, builder, sig, args):
+        addresses = _VectorAddress(builder.block, args[0], args[1], lanes.register.element)
+        builder._insert(addresses)
+        zero = ir.Constant(lanes.register, [lanes.register.element(0)] * lanes.count)
+        function = ir.FunctionType(lanes.register, [addresses.type, INT32, args[2].type, lanes.register])
+        name = f"llvm.masked.gather.{suffix(lanes)}.v{lanes.count}p0"
+        declared = cgutils.get_or_insert_function(builder.module, function, name)
+        return builder.call(declared, [addresses, INT32(4), args[2], zero])
+
+    return emit
+
+
 def _gatherer(kind):
     @intrinsic
     def gather_lanes(typing_context, words, index, condition):
         lanes = lanes_type(kind, index.count)
-
-        def emit(context, builder, sig, args):
-            addresses = _VectorAddress(builder.block, args[0], args[1], lanes.register.element)
-            builder._insert(addresses)
-            zero = ir.Constant(lanes.register, [lanes.register.element(0)] * lanes.count)
-            function = ir.FunctionType(lanes.register, [addresses.type, INT32, args[2].type, lanes.register])
-            name = f"llvm.masked.gather.{suffix(lanes)}.v{lanes.count}p0"
-            declared = cgutils.get_or_insert_function(builder.module, function, name)
-            return builder.call(declared, [addresses, INT32(4), args[2], zero])
-
-        return lanes(words, index, condition), emit
+        return lanes(words, index, condition), _gather_emitter(lanes)
 
     return gather_lanes
 
 
 gather, gather_int = _gatherer("f32"), _gatherer("i32")
 """words[index] in the lanes of a condition, 0 elsewhere; words is a pointer."""
+
+
+def _picker(lane, one):
+    """Make a look-up by an index that all lanes share (`one`) or that each has for itself, in lanes of a condition."""
+    @intrinsic
+    def pick(typing_context, words, index, condition):
+        if isinstance(index, Lanes):
+            lanes = lanes_type(lane, index.count)
+            return lanes(words, index, condition), _gather_emitter(lanes)
+
+        def emit(context, builder, sig, args):
+            address = _address(context, builder, sig, args)
+            if sig.return_type == types.int32:
+                return builder.load(builder.bitcast(address, INT32.as_pointer()), align=4)
+            return broadcast_word(context, builder, address, sig.return_type)
+
+        return one(words, index, condition), emit
+
+    return pick
+
+
+pick, pick_int = _picker("f32", lanes_type("f32")), _picker("i32", types.int32)
+"""words[index]: for an index of lanes a gather in the lanes of a condition, 0 elsewhere; for one that all lanes share
+one word, by `pick` for all lanes, by `pick_int` as it is."""
 
 
 @intrinsic

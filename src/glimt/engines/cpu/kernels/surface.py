@@ -8,6 +8,7 @@ from glimt.kernel import inline, routine
 from glimt.lanes import (
     absolute,
     all_lanes,
+    any_lane,
     arccos,
     arctan2,
     bits,
@@ -17,9 +18,13 @@ from glimt.lanes import (
     extract,
     f32,
     fma,
+    from_bits,
     i32,
     maximum,
     normalize,
+    pick,
+    pick_int,
+    population_count,
     reciprocal,
     reciprocal_sqrt,
     scalar,
@@ -34,6 +39,10 @@ from glimt.lanes import (
 from glimt.layout import INSTANCE, MATERIAL, NO_TANGENTS, OFFSET_ERROR, SPHERE_KIND, TANGENT, TRIANGLE, VERTEX
 
 _TINY = np.float32(1e-30)
+_FEW = 3
+"""How many primitives of an instance a packet is peeled by, if each had as many lanes as the first."""
+_CORNER, _TRIANGLE = np.int32(TRIANGLE.vertex), np.int32(TRIANGLE.words)
+_VERTEX, _TANGENT = np.int32(VERTEX.words), np.int32(TANGENT.words)
 _TWO_PI, _PI = np.float32(2 * np.pi), np.float32(np.pi)
 
 
@@ -96,23 +105,28 @@ def _blend(a, b, c, hit):
 
 
 @inline
-def _vertex3(scene, field, a, b, c, hit):
-    return _blend(scalar3(scene.vertices, a + field), scalar3(scene.vertices, b + field),
-                  scalar3(scene.vertices, c + field), hit)
+def _pick3(words, index, lanes):
+    return vector3(pick(words, index, lanes), pick(words, index + 1, lanes), pick(words, index + 2, lanes))
 
 
 @inline
-def _mesh_surface(scene, record, hit, prim, direction):
-    """Return the Surface of one triangle, for all lanes."""
-    triangle = (np.int64(scalar_int(scene.instances, record + INSTANCE.first_triangle)) + prim) * TRIANGLE.words
-    vertex_a = np.int64(scalar_int(scene.triangles, triangle + TRIANGLE.vertex))
-    vertex_b = np.int64(scalar_int(scene.triangles, triangle + TRIANGLE.vertex + 1))
-    vertex_c = np.int64(scalar_int(scene.triangles, triangle + TRIANGLE.vertex + 2))
-    a, b, c = vertex_a * VERTEX.words, vertex_b * VERTEX.words, vertex_c * VERTEX.words
+def _blend3(words, a, b, c, hit, lanes):
+    return _blend(_pick3(words, a, lanes), _pick3(words, b, lanes), _pick3(words, c, lanes), hit)
+
+
+@inline
+def _mesh_surface(scene, record, hit, prim, lanes, direction):
+    """Return the Surface of triangles of one instance: of one that all lanes share, or of one for each of `lanes`."""
+    triangle = (prim + scalar_int(scene.instances, record + INSTANCE.first_triangle)) * _TRIANGLE
+    vertex_a = pick_int(scene.triangles, triangle + _CORNER, lanes)
+    vertex_b = pick_int(scene.triangles, triangle + (_CORNER + 1), lanes)
+    vertex_c = pick_int(scene.triangles, triangle + (_CORNER + 2), lanes)
+    a, b, c = vertex_a * _VERTEX, vertex_b * _VERTEX, vertex_c * _VERTEX
 
     # Corners, point and geometric normal.
-    p0, p1 = scalar3(scene.vertices, a + VERTEX.position), scalar3(scene.vertices, b + VERTEX.position)
-    p2 = scalar3(scene.vertices, c + VERTEX.position)
+    at = np.int32(VERTEX.position)
+    p0, p1 = _pick3(scene.vertices, a + at, lanes), _pick3(scene.vertices, b + at, lanes)
+    p2 = _pick3(scene.vertices, c + at, lanes)
     edge1, edge2 = p1 - p0, p2 - p0
     point = p0 + edge1 * hit.u + edge2 * hit.v
     placed = scalar_int(scene.instances, record + INSTANCE.identity) == 0
@@ -130,32 +144,32 @@ def _mesh_surface(scene, record, hit, prim, direction):
     # Shading normal, as modelled.
     normal = ng
     if scalar_int(scene.instances, record + INSTANCE.flat) == 0:
-        normal = _vertex3(scene, VERTEX.normal, a, b, c, hit)
+        at = np.int32(VERTEX.normal)
+        normal = _blend3(scene.vertices, a + at, b + at, c + at, hit, lanes)
         if placed:
             normal = _rescaled(_normal_to_world(scene, record, normal))
         squared = dot(normal, normal)
         normal = select3(squared > _TINY, normal * reciprocal_sqrt(maximum(squared, _TINY)), ng)
 
     # Texture coordinates and how dense they are.
-    at = VERTEX.texcoord
-    ua, va = scalar(scene.vertices, a + at), scalar(scene.vertices, a + at + 1)
-    ub, vb = scalar(scene.vertices, b + at), scalar(scene.vertices, b + at + 1)
-    uc, vc = scalar(scene.vertices, c + at), scalar(scene.vertices, c + at + 1)
-    texcoord_u = fma(hit.u, ub - ua, fma(hit.v, uc - ua, f32(ua)))
-    texcoord_v = fma(hit.u, vb - va, fma(hit.v, vc - va, f32(va)))
-    texcoord_area = absolute(f32((ub - ua) * (vc - va) - (uc - ua) * (vb - va)))
+    at = np.int32(VERTEX.texcoord)
+    ua, va = pick(scene.vertices, a + at, lanes), pick(scene.vertices, a + (at + 1), lanes)
+    ub, vb = pick(scene.vertices, b + at, lanes) - ua, pick(scene.vertices, b + (at + 1), lanes) - va
+    uc, vc = pick(scene.vertices, c + at, lanes) - ua, pick(scene.vertices, c + (at + 1), lanes) - va
+    texcoord_u = fma(hit.u, ub, fma(hit.v, uc, ua))
+    texcoord_v = fma(hit.u, vb, fma(hit.v, vc, va))
+    texcoord_area = absolute(ub * vc - uc * vb)
     density = texcoord_area * per_area * per_size * per_size
 
     # Tangent frame, built in object space so that a mirrored instance mirrors it.
     shift = scalar_int(scene.instances, record + INSTANCE.tangent_shift)
     tangent, bitangent, has_tangent = normal, normal, np.float32(0)
     if shift != NO_TANGENTS:
-        a, b = (vertex_a + shift) * TANGENT.words, (vertex_b + shift) * TANGENT.words
-        c = (vertex_c + shift) * TANGENT.words
-        tangent = _blend(scalar3(scene.tangents, a), scalar3(scene.tangents, b), scalar3(scene.tangents, c), hit)
-        a, b, c = vertex_a * VERTEX.words, vertex_b * VERTEX.words, vertex_c * VERTEX.words
-        modelled = _vertex3(scene, VERTEX.normal, a, b, c, hit)
-        bitangent = cross(modelled, tangent) * scalar(scene.tangents, (vertex_a + shift) * TANGENT.words + TANGENT.sign)
+        ta, tb, tc = (vertex_a + shift) * _TANGENT, (vertex_b + shift) * _TANGENT, (vertex_c + shift) * _TANGENT
+        tangent = _blend3(scene.tangents, ta, tb, tc, hit, lanes)
+        at = np.int32(VERTEX.normal)
+        modelled = _blend3(scene.vertices, a + at, b + at, c + at, hit, lanes)
+        bitangent = cross(modelled, tangent) * pick(scene.tangents, ta + np.int32(TANGENT.sign), lanes)
         if placed:
             tangent = _rescaled(_to_world(scene, record, tangent, np.float32(0)))
             bitangent = _rescaled(_to_world(scene, record, bitangent, np.float32(0)))
@@ -163,12 +177,12 @@ def _mesh_surface(scene, record, hit, prim, direction):
         bitangent = bitangent * reciprocal_sqrt(maximum(dot(bitangent, bitangent), _TINY))
         has_tangent = np.float32(1)
 
-    material = scalar_int(scene.instances, record + INSTANCE.material)
-    if material < 0:
-        material = scalar_int(scene.triangles, triangle + TRIANGLE.material)
+    material = i32(scalar_int(scene.instances, record + INSTANCE.material))
+    if any_lane(material < 0):
+        material = material * 0 + pick_int(scene.triangles, triangle + np.int32(TRIANGLE.material), lanes)
     extent = f32(scalar(scene.instances, record + INSTANCE.extent))
     return Surface(point, extent, ng, normal, texcoord_u, texcoord_v, density, tangent, bitangent, normal,
-                   f32(has_tangent), i32(material))
+                   f32(has_tangent), material)
 
 
 @inline
@@ -216,7 +230,8 @@ def above(surface):
 def surface_at(scene, hit, found, origin, direction):
     """Return the Surface of the lanes in `found`.
 
-    The packet is peeled by distinct primitive: each costs a few broadcasts, however many lanes it has.
+    The packet is peeled by distinct primitive: each costs a few broadcasts, however many lanes it has. Where an
+    instance shows too many of them, each lane gathers its own.
     """
     zero, none = f32(0.0), splat3(f32(0.0))
     result = Surface(none, zero, none, none, zero, zero, zero, none, none, none, zero, i32(0))
@@ -224,13 +239,17 @@ def surface_at(scene, hit, found, origin, direction):
     while todo:
         lane = count_trailing_zeros(todo)
         inst, prim = extract(hit.inst, lane), extract(hit.prim, lane)
-        same = found & (hit.inst == inst) & (hit.prim == prim)
-        todo &= ~bits(same)
+        together = from_bits(todo) & (hit.inst == inst)
+        same = together & (hit.prim == prim)
         record = np.int64(inst) * INSTANCE.words
         if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
             here = _sphere_surface(scene, record, origin + direction * hit.t, direction)
+        elif population_count(bits(together)) > _FEW * population_count(bits(same)):
+            same = together
+            here = _mesh_surface(scene, record, hit, hit.prim, together, direction)
         else:
-            here = _mesh_surface(scene, record, hit, np.int64(prim), direction)
+            here = _mesh_surface(scene, record, hit, prim, same, direction)
+        todo &= ~bits(same)
         if all_lanes(same | ~found):  # the whole packet sees one primitive
             return here
         result = _merge(same, here, result)
