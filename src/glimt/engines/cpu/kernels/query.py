@@ -32,12 +32,6 @@ def _begin(rays, n, i, block, hits):
     return packets
 
 
-@inline
-def _arrays(scene):
-    """Return the arrays of a scene for which nothing is counted or recorded."""
-    return arrays(scene, 0, np.zeros(1, np.float32), np.zeros(1, np.int64), np.zeros((1, 1, 0), np.float32))
-
-
 @calls(TRACE)
 @kernel
 def find_hits(scene, rays, shared_origin, floats, ids, chunk):
@@ -55,7 +49,7 @@ def find_hits(scene, rays, shared_origin, floats, ids, chunk):
     chunk : (1,) int64
         Shared by all threads: the next chunk to take.
     """
-    here = _arrays(scene)
+    here = arrays(scene, 0, np.zeros(1, np.float32), np.zeros(1, np.int64), np.zeros((1, 1, 0), np.float32))
     block, local, hits = stack_floats(RAY_WORDS), stack_floats(RAY_WORDS), stack_floats(HIT_WORDS)
     flags = SHARED_ORIGIN if shared_origin else NO_FLAGS
     n = rays.shape[1]
@@ -78,7 +72,7 @@ def find_hits(scene, rays, shared_origin, floats, ids, chunk):
 @kernel
 def find_blocked(scene, rays, shared_origin, blocked, chunk):
     """Write 1 to (n,) float32 `blocked` for each ray that meets something, else 0; the rest as for `find_hits`."""
-    here = _arrays(scene)
+    here = arrays(scene, 0, np.zeros(1, np.float32), np.zeros(1, np.int64), np.zeros((1, 1, 0), np.float32))
     block, local, hits = stack_floats(RAY_WORDS), stack_floats(RAY_WORDS), stack_floats(HIT_WORDS)
     flags = SHARED_ORIGIN | OCCLUSION if shared_origin else OCCLUSION
     n = rays.shape[1]

@@ -172,6 +172,7 @@ def _triangles(scene, inst, code, bundle, lanes):
         store_hit(bundle.hits, slot, hit)
 
 
+_IN_SCENE, _IN_MESH = np.bool_(False), np.bool_(True)
 _TOGETHER = np.int64(10)
 """Nodes of a mesh that packets visit before they leave subtrees to single rays."""
 
@@ -188,7 +189,7 @@ def _walk_mesh(scene, root, bundle, packets, span, inst, pending):
     while True:
         if code >= 0:
             visited += 1
-            size = _push_children(scene, scene.blas_nodes, code, bundle, here, span, limit, stack, size, True)
+            size = _push_children(scene, scene.blas_nodes, code, bundle, here, span, limit, stack, size, _IN_MESH)
         else:
             _triangles(scene, inst, ~code, bundle, here)
             limit = _farthest(bundle.hits, packets)
@@ -289,7 +290,7 @@ def _walk_scene(scene, bundle, packets, span, pending):
     limit, code, here = _farthest(bundle.hits, packets), root, all_lanes_of(packets)
     while True:
         if code >= 0:
-            size = _push_children(scene, scene.tlas_nodes, code, bundle, here, span, limit, stack, size, False)
+            size = _push_children(scene, scene.tlas_nodes, code, bundle, here, span, limit, stack, size, _IN_SCENE)
         else:
             _instances(scene, ~code, bundle, packets_of(here), pending)
             limit = _farthest(bundle.hits, packets)
