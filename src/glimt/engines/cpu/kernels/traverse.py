@@ -172,20 +172,22 @@ def _triangles(scene, inst, code, bundle, lanes):
         store_hit(bundle.hits, slot, hit)
 
 
+_SPARSE = np.int64(12)
+"""Rays that are so few that they walk the mesh of an instance one by one."""
 _IN_SCENE, _IN_MESH = np.bool_(False), np.bool_(True)
 _TOGETHER = np.int64(10)
 """Nodes of a mesh that packets visit before they leave subtrees to single rays."""
 
 
 @routine
-def _walk_mesh(scene, root, bundle, packets, span, inst, pending):
+def _walk_mesh(scene, root, bundle, packets, lanes, span, inst, pending):
     """Walk a mesh's tree from child code `root`, nearest children first, as long as the rays go together.
 
     The more nodes packets have visited, the less their rays have in common: then a subtree that few of them want is
     left to single rays, and by and by every subtree. Return the rays to which something was left.
     """
     stack, size, visited, left = _new_stack(), 0, 0, np.int64(0)
-    limit, code, here = _farthest(bundle.hits, packets), np.int32(root), all_lanes_of(packets)
+    limit, code, here = _farthest(bundle.hits, packets), np.int32(root), lanes
     while True:
         if code >= 0:
             visited += 1
@@ -237,20 +239,21 @@ def _next_group(rays, todo, alone, shared_origin):
 
 
 @inline
-def _mesh(scene, inst, record, bundle, packets, pending):
+def _mesh(scene, inst, record, bundle, lanes, pending):
     """Walk the mesh of an instance with packets in its space: together, by packets, or by rays."""
     root, alone, left = scalar_int(scene.instances, record + INSTANCE.root), False, np.int64(0)
+    packets = packets_of(lanes)
     leave_nothing(pending)
     while packets:
         group, span = _next_group(bundle.rays, packets, alone, bundle.shared_origin)
         alone = group != packets
         packets &= ~group
-        if span.incoherent:  # directions of every sign have nothing in common to begin with
-            lanes = all_lanes_of(group)
-            leave_to(pending, lanes, np.float32(0), root)
-            left |= lanes
+        here = lanes & all_lanes_of(group)
+        if span.incoherent or population_count(here) <= _SPARSE:  # nothing in common to begin with
+            leave_to(pending, here, np.float32(0), root)
+            left |= here
         else:
-            left |= _walk_mesh(scene, root, bundle, group, span, inst, pending)
+            left |= _walk_mesh(scene, root, bundle, group, here, span, inst, pending)
     if left:
         walk_pending(scene, bundle.rays, bundle.hits, pending, left, bundle.occlusion, inst)
 
@@ -266,21 +269,21 @@ def _spheres(scene, inst, record, bundle, packets):
 
 
 @inline
-def _instances(scene, code, bundle, packets, pending):
+def _instances(scene, code, bundle, lanes, pending):
     """Test the spheres and walk the meshes of a leaf of the scene's tree."""
     base = np.int64(code // LEAF_STEP) * INSTANCE_BLOCK.words
     for j in range(code % LEAF_STEP):
         inst = scalar_int(scene.tlas_blocks, base + j)
         record = np.int64(inst) * INSTANCE.words
         if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
-            _spheres(scene, inst, record, bundle, packets)
+            _spheres(scene, inst, record, bundle, packets_of(lanes))
             continue
         rays = bundle.rays
         if scalar_int(scene.instances, record + INSTANCE.identity) == 0:
-            _to_object(scene, record, bundle, packets)
+            _to_object(scene, record, bundle, packets_of(lanes))
             rays = bundle.local
         local = Bundle(rays, rays, bundle.hits, bundle.shared_origin, bundle.occlusion)
-        _mesh(scene, inst, record, local, packets, pending)
+        _mesh(scene, inst, record, local, lanes, pending)
 
 
 @inline
@@ -292,7 +295,7 @@ def _walk_scene(scene, bundle, packets, span, pending):
         if code >= 0:
             size = _push_children(scene, scene.tlas_nodes, code, bundle, here, span, limit, stack, size, _IN_SCENE)
         else:
-            _instances(scene, ~code, bundle, packets_of(here), pending)
+            _instances(scene, ~code, bundle, here, pending)
             limit = _farthest(bundle.hits, packets)
             if bundle.occlusion and limit < 0:
                 return
