@@ -1,0 +1,91 @@
+"""Assembles the kernels for 64-bit Arm, in a process of its own: ``arm64.py folder``.
+
+With `GLIMT_LANES`, and `NUMBA_CPU_FEATURES` as of such a processor, Numba lowers kernels as it would there. Where it
+would optimize the result for this processor, LLVM does so for the other: all but running it needs no such machine.
+"""
+
+import sys
+from pathlib import Path
+
+import llvmlite.binding as llvm
+import numba
+import numpy as np
+from numba.core.registry import cpu_target
+
+from glimt.bvh import subtrees
+from glimt.engines.cpu.kernels.frame import render_tiles
+from glimt.engines.cpu.kernels.traverse import TRACE
+from glimt.kernel import _PartLibrary
+from glimt.layout import VIEW
+from glimt.packed import PackedScene
+
+TRIPLE = "aarch64-unknown-linux-gnu"
+
+
+class _Lowered(Exception):  # noqa: N818 - not an error
+    """Carries a kernel's LLVM module, with all that it calls."""
+
+
+class _Library(_PartLibrary):
+    """Hands over the module of one function where Numba would optimize it, and leaves those of others as they are."""
+
+    wanted = ""
+
+    def _optimize_final_module(self):
+        if self.name == self.wanted:
+            raise _Lowered(str(self._final_module))
+
+
+def lowered(name, compile_kernel):
+    """Return the LLVM module of the kernel of that name as text, before it is optimized."""
+    _Library.wanted = name
+    try:
+        compile_kernel()
+    except _Lowered as module:
+        return str(module)
+    raise AssertionError(f"{name} was not compiled")
+
+
+def assembled(text):
+    """Return (assembly, object code) of an LLVM module, optimized for the other processor."""
+    target = llvm.Target.from_triple(TRIPLE).create_target_machine(cpu="generic", features="+neon", opt=3)
+    lines = [line for line in text.splitlines() if not line.startswith(("target triple", "target datalayout"))]
+    module = llvm.parse_assembly("\n".join([f'target triple = "{TRIPLE}"', *lines]))
+    module.data_layout = str(target.target_data)
+    passes = llvm.create_pass_builder(target, llvm.create_pipeline_tuning_options(3))
+    passes.getModulePassManager().run(module, passes)
+    module.verify()
+    return target.emit_assembly(module.clone()), target.emit_object(module)
+
+
+def main(folder):
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    codegen = cpu_target.target_context.codegen()
+    codegen._library_class = _Library
+    type(codegen).set_env = lambda codegen, name, environment: None  # there is no machine code to tell
+
+    words, rows, ints, longs = (np.zeros(64, np.float32), np.zeros((2, 3), np.float32), np.zeros(64, np.int32),
+                                np.zeros(64, np.int64))
+    tasks = longs[:subtrees.TASK_WORDS].reshape(1, -1)
+    arguments = {
+        render_tiles: (PackedScene(*[words] * len(PackedScene._fields)), 0, words[:VIEW.words].copy(),
+                       np.zeros((1, 1, 4), np.float32), 1, 0, longs, longs, np.zeros((3, 7, 0), np.float32)),
+        subtrees.prepare_boxes: (rows, rows, words, words, longs),
+        subtrees.build_subtrees: (words, words, words, ints, ints, 4, tasks, 0, longs),
+        subtrees.lay_out: (tasks, words, words, ints, ints, words, ints.reshape(-1, 4), longs),
+    }
+    modules = {"trace_rays": lowered("trace_rays", TRACE.get_ready)}
+    for kernel, values in arguments.items():
+        kinds = tuple(numba.typeof(value) for value in values)
+        name = kernel.py_func.__name__
+        modules[name] = lowered(name, lambda kernel=kernel, kinds=kinds: kernel.compile(kinds))
+    for name, text in modules.items():
+        assembly, code = assembled(text)
+        (folder / f"{name}.ll").write_text(text)
+        (folder / f"{name}.s").write_text(assembly)
+        (folder / f"{name}.o").write_bytes(code)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
