@@ -10,6 +10,7 @@ import pytest
 
 import glimt
 from glimt.engines import get_engine
+from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.errors import GlimtError
 from glimt.kernel import KERNELS
 
@@ -118,6 +119,7 @@ def test_every_scene_uses_the_same_machine_code(scene):
     ours = [kernel for kernel in KERNELS if kernel.py_func.__module__.startswith("glimt.engines")]
     assert len(ours) >= 1
     assert all(len(kernel.signatures) <= 1 for kernel in ours)
+    assert len(TRACE.overloads) == 1
 
 
 @pytest.mark.parametrize("threads", [0, -1, 100_000])
