@@ -1,4 +1,4 @@
-"""What blocks of packets need: lanes side by side, masks from bits, planes of vectors, bits of an int64."""
+"""What blocks of packets need: lanes side by side, masks from bits, planes of vectors, look-ups, bits of an int64."""
 
 import numpy as np
 import pytest
@@ -13,6 +13,8 @@ from glimt.lanes import (
     load,
     load3,
     load_int,
+    pick,
+    pick_int,
     pointer,
     population_count,
     scalar_int,
@@ -109,6 +111,29 @@ def test_vectors_lie_in_planes_across_a_stride(stride):
         target = index + 1 + axis * (stride + 2)
         expected[target:target + LANES] = 2 * words[index + axis * stride:][:LANES]
     np.testing.assert_array_equal(out, expected)
+
+
+@compile_test
+def _pick(words, index, k, bits, out, ints):
+    here, at, lanes = pointer(words), load_int(index, 0), from_bits(bits)
+    store(out, 0, pick(here, at, lanes))
+    store(out, LANES, pick(here, k, lanes))
+    store(ints, 0, pick_int(here, at, lanes))
+    return pick_int(here, k, lanes)
+
+
+def test_words_are_looked_up_across_lanes_by_one_index_or_by_many():
+    """Indices of lanes that do not ask may be anything."""
+    words = RNG.random(100).astype(F)
+    for bits in CHOICES:
+        index, k = RNG.integers(0, 100, LANES).astype(np.int32), np.int64(RNG.integers(100))
+        safe = np.where(chosen(bits), index, 0)
+        index[~chosen(bits)] = 2**30
+        out, ints = np.empty(2 * LANES, F), np.empty(LANES, np.int32)
+        assert _pick(words, index, k, np.int64(bits), out, ints) == words.view(np.int32)[k]
+        np.testing.assert_array_equal(out[:LANES], np.where(chosen(bits), words[safe], 0))
+        np.testing.assert_array_equal(ints.view(F), out[:LANES])
+        assert (out[LANES:] == words[k]).all()
 
 
 @compile_test
