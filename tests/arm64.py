@@ -48,7 +48,8 @@ def lowered(name, compile_kernel):
 
 def assembled(text):
     """Return (assembly, object code) of an LLVM module, optimized for the other processor."""
-    target = llvm.Target.from_triple(TRIPLE).create_target_machine(cpu="generic", features="+neon", opt=3)
+    target = llvm.Target.from_triple(TRIPLE).create_target_machine(
+        cpu="generic", features="+neon", opt=3, reloc="default", codemodel="jitdefault", jit=True)  # as Numba does
     lines = [line for line in text.splitlines() if not line.startswith(("target triple", "target datalayout"))]
     module = llvm.parse_assembly("\n".join([f'target triple = "{TRIPLE}"', *lines]))
     module.data_layout = str(target.target_data)
