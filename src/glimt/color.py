@@ -34,6 +34,11 @@ def filmic(x):  # type: ignore[no-untyped-def]
     return top / (x * (np.float32(2.43) * x + np.float32(0.59)) + np.float32(0.14))
 
 
+def exposure_scale(exposure: float) -> float:
+    """Return what radiance is multiplied by for an exposure in stops."""
+    return float(2.0 ** min(max(exposure, -100.0), 25.0))
+
+
 def develop(radiance: NDArray[np.float32], exposure: float = 0.0, tone_curve: ToneCurve = "clamp") -> NDArray[np.uint8]:
     """Turn linear radiance into a displayable image.
 
@@ -53,7 +58,7 @@ def develop(radiance: NDArray[np.float32], exposure: float = 0.0, tone_curve: To
     if tone_curve not in ("clamp", "filmic"):
         raise GlimtError(f"tone curve is {tone_curve!r}, expected 'clamp' or 'filmic'")
     image = np.empty((*radiance.shape[:2], 3), np.uint8)
-    scale = np.float32(2.0 ** min(max(exposure, -100.0), 25.0))
+    scale = np.float32(exposure_scale(exposure))
     _develop(np.ascontiguousarray(radiance, np.float32).ravel(), radiance.shape[2], scale, tone_curve == "filmic",
              _SRGB_CODES, image.ravel())
     return image

@@ -73,9 +73,10 @@ LIGHT = _struct("Light", kind="i", position="3f", direction="3f", diffuse="3f", 
 """`direction` points the way the light travels. Within the cone is ``clamp(cos * cone_scale + cone_offset)²``."""
 
 VIEW = _struct("View", origin="3f", right="3f", up="3f", look="3f", spread="f", background="3f", ambient="3f",
-               unused="i")
+               exposure="f", filmic="i")
 """What changes from frame to frame: the camera (right and up reach to the picture's edge at distance 1 along look,
-`spread` is a pixel's width there), light from nowhere and light from everywhere."""
+`spread` is a pixel's width there), light from nowhere and light from everywhere, and how the film will be developed:
+what radiance is multiplied by, and 1 for the filmic tone curve."""
 
 MESH_KIND, SPHERE_KIND = np.int32(0), np.int32(1)
 POINT_LIGHT, SPOT_LIGHT, DIRECTIONAL_LIGHT = np.int32(0), np.int32(1), np.int32(2)

@@ -14,7 +14,7 @@ from glimt.packed.frame import LightRow
 from glimt.packed.meshes import mesh_tree
 from glimt.scene import checks
 from glimt.scene.camera import Camera
-from glimt.scene.scene import Scene
+from glimt.scene.scene import Samples, Scene
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class Renderer:
             memory_bytes=packed.memory_bytes())
 
 
-def render(scene: Scene, *, size: tuple[int, int] | None = None, samples: int | None = None,
+def render(scene: Scene, *, size: tuple[int, int] | None = None, samples: Samples | None = None,
            max_bounces: int | None = None, threads: int | None = None, time: float = 0.0,
            linear: bool = False) -> NDArray[Any]:
     """Render a scene.
@@ -119,8 +119,8 @@ def render(scene: Scene, *, size: tuple[int, int] | None = None, samples: int | 
     scene : Scene
     size : (width, height), optional
         Pixels; this and the next two default to the scene's settings.
-    samples : int, optional
-        n for n×n samples a pixel.
+    samples : int or "adaptive", optional
+        n for n×n samples a pixel; "adaptive" takes up to 4×4 where the picture needs them.
     max_bounces : int, optional
     threads : int, optional
     time : float

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from glimt.errors import GlimtError
 from glimt.film import Film
 from glimt.packed import PackedScene
+from glimt.scene.scene import Samples
 
 Progress = Callable[[str, float], None]
 """Is told what is being done, and how far it is, 0 to 1."""
@@ -25,7 +26,7 @@ class Engine(Protocol):
     def upload(self, scene: PackedScene, light_count: int) -> None:
         """Take over a scene, or the changed arrays of one."""
 
-    def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: int, max_bounces: int,
+    def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: Samples, max_bounces: int,
                progress: Progress | None = None, film: Film | None = None) -> Film:
         """Render the scene.
 
@@ -33,8 +34,8 @@ class Engine(Protocol):
         ----------
         view : VIEW words
         size : (width, height) in pixels
-        samples : int
-            n for n×n samples a pixel.
+        samples : int or "adaptive"
+            n for n×n samples a pixel; or 1 to 16, as many as it needs.
         max_bounces : int
         progress : Progress, optional
         film : Film, optional

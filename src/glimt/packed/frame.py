@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from glimt.color import exposure_scale
 from glimt.layout import DIRECTIONAL_LIGHT, LIGHT, POINT_LIGHT, SPOT_LIGHT, VIEW, dtype
 from glimt.scene import checks
 from glimt.scene.camera import Camera
@@ -66,7 +67,7 @@ def pack_view(camera: Camera, settings: RenderSettings, lights: list[Light]) -> 
     record = np.empty(1, dtype(VIEW))
     record[0] = (tuple(camera.position), basis.right * (reach * settings.width / settings.height), basis.up * reach,
                  basis.look, 2 * reach / settings.height, color("settings", "background", settings.background),
-                 ambient, 0)
+                 ambient, exposure_scale(settings.exposure), settings.tone_curve == "filmic")
     return record.view(np.float32)
 
 

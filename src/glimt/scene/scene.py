@@ -17,6 +17,7 @@ from glimt.scene.sphere import Sphere
 
 Color = tuple[float, float, float]
 ToneCurve = Literal["clamp", "filmic"]
+Samples = int | Literal["adaptive"]
 
 LARGEST_SIZE = 32768
 """Pixels along one side of a picture."""
@@ -32,8 +33,8 @@ class RenderSettings:
     ----------
     width, height : int
         Size of the picture in pixels.
-    samples : int
-        n gives a grid of n×n pixel samples.
+    samples : int or "adaptive"
+        n gives a grid of n×n pixel samples, 1 to 64; "adaptive" up to 4×4, and one where the picture is smooth.
     max_bounces : int
         Mirror bounces; 0 shows no mirror.
     background, ambient : linear colour
@@ -46,7 +47,7 @@ class RenderSettings:
 
     width: int = 640
     height: int = 480
-    samples: int = 1
+    samples: Samples = 1
     max_bounces: int = 0
     background: Color | float = 0.0
     ambient: Color | float = 0.0
@@ -59,13 +60,21 @@ class RenderSettings:
         if self.width * self.height > LARGEST_AREA:
             raise GlimtError(f"settings: {self.width}×{self.height} is more than {LARGEST_AREA // 10**6} million "
                              "pixels; choose a smaller size")
-        self.samples = _whole("samples", self.samples, 1, 64)
+        self.samples = _samples(self.samples)
         self.max_bounces = _whole("max_bounces", self.max_bounces, 0, 1000)
         self.background = checks.color("settings", "background", self.background)
         self.ambient = checks.color("settings", "ambient", self.ambient)
         self.exposure = checks.number("settings", "exposure", self.exposure, -100, 100)
         if self.tone_curve not in ("clamp", "filmic"):
             raise GlimtError(f"settings: tone_curve is {self.tone_curve!r}, expected 'clamp' or 'filmic'")
+
+
+def _samples(value: Samples) -> Samples:
+    if isinstance(value, str):
+        if value != "adaptive":
+            raise GlimtError(f"settings: samples is {value!r:.60}, expected 1 to 64 or 'adaptive'")
+        return value
+    return _whole("samples", value, 1, 64)
 
 
 def _whole(name: str, value: int, lo: int, hi: int) -> int:

@@ -9,18 +9,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt.engines.cpu.kernels.frame import TILE, render_tiles
+from glimt.engines.cpu.kernels.contrast import TILE
+from glimt.engines.cpu.kernels.frame import render_tiles
+from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT
 from glimt.engines.cpu.warm_up import compile_kernels
 from glimt.engines.engine import Progress
 from glimt.errors import GlimtError
 from glimt.film import Counters, Film
 from glimt.kernel import is_ready
-from glimt.layout import CANCEL, COUNTER_STRIDE, NEXT_TILE
+from glimt.layout import CANCEL, COUNTER_STRIDE, NEXT_TILE, VIEW
 from glimt.packed import PackedScene
+from glimt.scene.scene import Samples
 
 _POLL_SECONDS = 0.1
 _MOST_THREADS = 1024
-_NOTHING = np.zeros((3, 7, 0), np.float32)
+_NO_RAYS, _NO_FILM = np.zeros((3, 7, 0), np.float32), np.zeros((0, 0, 4), np.float32)
 
 
 def available_threads() -> int:
@@ -54,7 +57,7 @@ class CpuEngine:
         """Take over a scene; the arrays are used where they are."""
         self._scene, self._light_count = scene, light_count
 
-    def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: int, max_bounces: int,
+    def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: Samples, max_bounces: int,
                progress: Progress | None = None, film: Film | None = None) -> Film:
         """Render the uploaded scene (see `Engine.render`); Ctrl-C stops within a few packets' time."""
         if self._scene is None:
@@ -64,15 +67,29 @@ class CpuEngine:
         shape = (height, width, 4)
         sums = film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)
         tiles = -(-width // TILE) * -(-height // TILE)
-        control = np.zeros(16, np.int64)
         counters = np.zeros((min(self.threads, tiles), int(COUNTER_STRIDE)), np.int64)
-        jobs: list[Future[Any]] = []
         if progress:
             progress("rendering", 0.0)
+        if samples == "adaptive":
+            first, first_view = np.empty(shape, np.float32), view.copy()
+            first_view[VIEW.spread] *= FIRST_FOOTPRINT
+            self._run(first_view, first, 1, max_bounces, counters, _NO_FILM, _part(progress, 0.0))
+            self._run(view, sums, 1, max_bounces, counters, first, _part(progress, 0.5))
+        else:
+            self._run(view, sums, samples, max_bounces, counters, _NO_FILM, progress)
+        totals = counters[:, :len(Counters._fields)].sum(0).tolist()
+        return Film(sums, Counters(*totals), time.perf_counter() - start)
+
+    def _run(self, view: NDArray[np.float32], sums: NDArray[np.float32], samples: int, max_bounces: int,
+             counters: NDArray[np.int64], first: NDArray[np.float32], progress: Progress | None) -> None:
+        """Let the kernel write all tiles of a film, with a job for each row of counters."""
+        tiles = -(-sums.shape[1] // TILE) * -(-sums.shape[0] // TILE)
+        control = np.zeros(16, np.int64)
+        jobs: list[Future[Any]] = []
         try:  # awake for Ctrl-C; whatever happens, no job outlives this call
             for own in counters:
                 jobs.append(self._pool.submit(render_tiles, self._scene, self._light_count, view, sums, samples,
-                                              max_bounces, control, own, _NOTHING))
+                                              max_bounces, control, own, _NO_RAYS, first))
             for job in jobs:
                 while not _ends(job):
                     if progress:
@@ -81,8 +98,11 @@ class CpuEngine:
             control[CANCEL] = 1
             wait(jobs)
             raise
-        totals = counters[:, :len(Counters._fields)].sum(0).tolist()
-        return Film(sums, Counters(*totals), time.perf_counter() - start)
+
+
+def _part(progress: Progress | None, start: float) -> Progress | None:
+    """Return what is told of one half of the work, as part of the whole."""
+    return progress and (lambda stage, share: progress(stage, start + share / 2))
 
 
 def _ends(job: "Future[Any]") -> bool:

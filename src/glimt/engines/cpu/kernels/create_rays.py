@@ -25,6 +25,20 @@ def packet_pixels(k, x, y):
 
 
 @inline
+def put_rays(scene, block, k, columns, rows, shift_x, shift_y, width, height):
+    """Write the rays of packet k through pixels, shifts counted in pixels from their corner."""
+    slot = np.int64(k * LANES)
+    u = (to_float(columns) + shift_x) * (np.float32(2) / np.float32(width)) - 1.0
+    v = 1.0 - (to_float(rows) + shift_y) * (np.float32(2) / np.float32(height))
+    origin, direction = camera_ray(scene, u, v)
+    store3(block.rays, RAY.origin + slot, SLOTS, origin)
+    store3(block.rays, RAY.direction + slot, SLOTS, direction)
+    store(block.paths, PATH.pixel + slot, lane_numbers() + np.int32(slot))
+    store(block.paths, PATH.throughput + slot, f32(1.0))
+    store(block.paths, PATH.travelled + slot, f32(0.0))
+
+
+@inline
 def create_rays(scene, block, x, y, shift_x, shift_y, width, height):
     """Write rays through the pixels of the block at (x, y), shifts counted in pixels from their corner.
 
@@ -32,18 +46,10 @@ def create_rays(scene, block, x, y, shift_x, shift_y, width, height):
     """
     packets = np.int32(0)
     for k in range(PACKETS):
-        slot = np.int64(k * LANES)
         columns, rows = packet_pixels(k, x, y)
         inside = (columns < np.int32(width)) & (rows < np.int32(height))
         store_scalar(block.active, k, bits(inside))
         if any_lane(inside):
             packets |= np.int32(1) << np.int32(k)
-        u = (to_float(columns) + shift_x) * (np.float32(2) / np.float32(width)) - 1.0
-        v = 1.0 - (to_float(rows) + shift_y) * (np.float32(2) / np.float32(height))
-        origin, direction = camera_ray(scene, u, v)
-        store3(block.rays, RAY.origin + slot, SLOTS, origin)
-        store3(block.rays, RAY.direction + slot, SLOTS, direction)
-        store(block.paths, PATH.pixel + slot, lane_numbers() + np.int32(slot))
-        store(block.paths, PATH.throughput + slot, f32(1.0))
-        store(block.paths, PATH.travelled + slot, f32(0.0))
+        put_rays(scene, block, k, columns, rows, shift_x, shift_y, width, height)
     return packets

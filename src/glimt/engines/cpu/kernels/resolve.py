@@ -56,15 +56,22 @@ def add_to_pixels(block, slot, lanes, light, depth):
 
 
 @inline
+def finite_samples(scene, sums, slot, inside):
+    """Return the samples of a packet; one that is not finite, or would not add up, is counted and black."""
+    radiance = load3(sums, slot, SLOTS)
+    finite = ((absolute(radiance.x) < _LARGEST) & (absolute(radiance.y) < _LARGEST)
+              & (absolute(radiance.z) < _LARGEST))
+    count(scene, COUNT_NON_FINITE, population_count(bits(inside & ~finite)))
+    return select3(finite, radiance, f32(0.0))
+
+
+@inline
 def add_finite(scene, totals, sums, inside):
-    """Add the sums of one sample to the totals of all; one that is not finite, or would not add up, counts as black."""
+    """Add the sums of one sample to the totals of all."""
     for k in range(PACKETS):
         slot = np.int64(k * LANES)
-        radiance = load3(sums, slot, SLOTS)
-        finite = ((absolute(radiance.x) < _LARGEST) & (absolute(radiance.y) < _LARGEST)
-                  & (absolute(radiance.z) < _LARGEST))
-        count(scene, COUNT_NON_FINITE, population_count(bits(lanes_of(inside, slot) & ~finite)))
-        store3(totals, slot, SLOTS, load3(totals, slot, SLOTS) + select3(finite, radiance, f32(0.0)))
+        light = finite_samples(scene, sums, slot, lanes_of(inside, slot))
+        store3(totals, slot, SLOTS, load3(totals, slot, SLOTS) + light)
 
 
 @inline

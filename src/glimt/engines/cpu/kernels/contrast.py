@@ -1,0 +1,78 @@
+"""How much a first picture varies around each pixel of a tile, as codes of the 8-bit picture it will become."""
+
+import numpy as np
+
+from glimt.color import filmic
+from glimt.kernel import inline
+from glimt.lanes import (
+    LANES,
+    absolute,
+    f32,
+    gather,
+    lane_numbers,
+    load,
+    maximum,
+    minimum,
+    pointer,
+    power,
+    scalar,
+    scalar_int,
+    select,
+    store,
+)
+from glimt.layout import VIEW
+
+TILE = 16
+"""Pixels along a tile's side: a unit of work, and what one thread alone writes to."""
+
+_STRIDE = (TILE + 2 + LANES - 1) // LANES * LANES
+_PLANE = (TILE + 2) * _STRIDE
+CODE_WORDS = 3 * _PLANE + LANES
+"""Red, green and blue of a tile with one more pixel on each side."""
+
+_DIAGONAL = np.float32(0.7)
+"""Weight of a diagonal neighbour: it lies 1.4 times as far away."""
+
+
+@inline
+def code(scene, radiance):
+    """Return the sRGB code, 0 to 255 and not rounded, that linear radiance is developed to (see `color.develop`)."""
+    x = minimum(maximum(radiance * scalar(scene.view_words, VIEW.exposure), 0.0), np.float32(1e4))
+    if scalar_int(scene.view_words, VIEW.filmic) != 0:
+        x = filmic(x)
+    x = minimum(x, 1.0)
+    bright = np.float32(1.055 * 255) * power(maximum(x, np.float32(1e-3)), np.float32(1 / 2.4)) - np.float32(0.055 * 255)
+    return select(x <= np.float32(0.0031308), x * np.float32(12.92 * 255), bright)
+
+
+@inline
+def load_codes(scene, codes, first, left, top):
+    """Write the codes of the tile at (left, top), and of the pixels around it, from a film of one sample a pixel.
+
+    Beyond the picture its outermost pixels go on.
+    """
+    height, width = first.shape[0], first.shape[1]
+    words = pointer(first)
+    everywhere = lane_numbers() >= 0
+    for row in range(TILE + 2):
+        y = min(max(top + row - 1, 0), height - 1)
+        for column in range(0, _STRIDE, LANES):
+            x = minimum(maximum(lane_numbers() + np.int32(left + column - 1), 0), np.int32(width - 1))
+            at = (x + np.int32(y * width)) << 2
+            for k in range(3):
+                value = gather(words, at + np.int32(k), everywhere)
+                store(codes, k * _PLANE + row * _STRIDE + column, code(scene, value))
+
+
+@inline
+def contrast_at(codes, column, row):
+    """Return, for LANES pixels of a row of the tile, the largest difference from any of the eight around."""
+    largest = f32(0.0)
+    for k in range(3):
+        centre = k * _PLANE + (row + 1) * _STRIDE + column + 1
+        here = load(codes, centre)
+        for dy in range(-1, 2):
+            for dx in range(-1, 2):
+                difference = absolute(load(codes, centre + dy * _STRIDE + dx) - here)
+                largest = maximum(largest, difference * (_DIAGONAL if dx * dy != 0 else np.float32(1.0)))
+    return largest

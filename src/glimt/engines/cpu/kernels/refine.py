@@ -1,0 +1,216 @@
+"""Adaptive supersampling: more samples where a pixel and those around it differ, until the mean can be trusted.
+
+After Whitted, "An improved illumination model for shaded display" (1980), who divides a pixel further where its corners
+differ, and Mitchell, "Generating antialiased images at low sampling densities" (1987), who decides by contrast. Unlike
+theirs the samples are those of the 4×4 grid, four at a time, and the end is told by the error of their mean.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from glimt.engines.cpu.kernels.block import PACKETS
+from glimt.engines.cpu.kernels.contrast import CODE_WORDS, TILE, code, contrast_at, load_codes
+from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH, packet_pixels, put_rays
+from glimt.engines.cpu.kernels.radiance import radiance
+from glimt.engines.cpu.kernels.resolve import begin_pixels, finite_samples
+from glimt.kernel import inline
+from glimt.lanes import (
+    LANES,
+    any_lane,
+    atomic_load,
+    bits,
+    compress_store,
+    count_trailing_zeros,
+    extract,
+    f32,
+    gather,
+    lane_numbers,
+    load,
+    load3,
+    load_int,
+    maximum,
+    pointer,
+    population_count,
+    scalar,
+    select,
+    splat3,
+    sqrt,
+    stack_floats,
+    store,
+    store3,
+    store_scalar,
+    vector3,
+)
+from glimt.layout import CANCEL, VIEW
+
+GRID = 4
+"""A pixel has up to GRID×GRID samples, in rounds of one for each row and each column."""
+_SHIFTS = (1, 3, 0, 2)
+"""Column of the sample in each row, in the first round; in others it is moved by xor."""
+_ROUNDS = (0, 3, 1, 2)
+
+FIRST_FOOTPRINT = np.float32(0.7)
+"""Width of the first sample's cone in pixels. Mip levels are as blurred as a wide filter: of one sample with a whole
+pixel's cone more are off than of one with this."""
+_LEAST_CONTRAST = np.float32(6)
+"""Codes. Pixels that differ less from those around keep their first sample."""
+_LARGEST_ERROR = np.float32(4)
+"""Codes: the error of a mean that needs no more samples."""
+_DOUBT = np.float32(0.3)
+"""Share of the contrast that is taken for a spread that the samples have missed."""
+
+_PLANE = TILE * TILE + LANES
+_PIXEL, _CONTRAST, _SUM, _SQUARE = 0, _PLANE, 2 * _PLANE, 5 * _PLANE
+TODO_WORDS = 8 * _PLANE
+"""Pixels that need more samples, side by side: number in the tile, contrast, sum of samples, sum of their squares."""
+CONTRAST_WORDS = TILE * TILE
+_TILE_BITS = TILE.bit_length() - 1
+
+
+class RefineMemory(NamedTuple):
+    """Pointers: codes of a tile and around it, contrast of its pixels, and the pixels that need more samples."""
+
+    codes: object
+    contrast: object
+    todo: object
+
+
+@inline
+def new_refine_memory():
+    """Return memory of the calling kernel."""
+    return RefineMemory(stack_floats(CODE_WORDS), stack_floats(CONTRAST_WORDS), stack_floats(TODO_WORDS))
+
+
+@inline
+def _keep_first(film, first, left, top, right, bottom):
+    """Copy the samples of the first picture."""
+    words, from_words, width = pointer(film), pointer(first), film.shape[1]
+    for y in range(top, bottom):
+        for at in range(4 * (y * width + left), 4 * (y * width + right)):
+            store_scalar(words, at, scalar(from_words, at))
+
+
+@inline
+def _find_pixels(scene, codes, contrast, todo, first, left, top):
+    """Write the pixels of a tile that need more samples, and return how many there are."""
+    load_codes(scene, codes, first, left, top)
+    for row in range(TILE):
+        for column in range(0, TILE, LANES):
+            store(contrast, row * TILE + column, contrast_at(codes, column, row))
+    count = 0
+    none = splat3(f32(0.0))
+    for y in range(0, TILE, PACKET_HEIGHT):
+        for x in range(0, TILE, PACKET_WIDTH):
+            columns, rows = packet_pixels(0, x, y)
+            inside = (columns + np.int32(left) < np.int32(first.shape[1])) & (
+                rows + np.int32(top) < np.int32(first.shape[0]))
+            pixel = rows * np.int32(TILE) + columns
+            value = gather(contrast, pixel, inside)
+            needed = inside & (value > _LEAST_CONTRAST)
+            store3(todo, _SUM + count, _PLANE, none)
+            store3(todo, _SQUARE + count, _PLANE, none)
+            compress_store(todo, _PIXEL + count, pixel, needed)
+            compress_store(todo, _CONTRAST + count, value, needed)
+            count += population_count(bits(needed))
+    return count
+
+
+@inline
+def _create_rays(scene, block, pixel, active, number, left, top, width, height):
+    """Write rays through some pixels of the tile at (left, top): packet k holds the sample in row k of the grid."""
+    columns = (pixel & np.int32(TILE - 1)) + np.int32(left)
+    rows = (pixel >> np.int32(_TILE_BITS)) + np.int32(top)
+    step = np.float32(1) / np.float32(GRID)
+    for k in range(PACKETS):
+        store_scalar(block.active, k, bits(active))
+        shift_x = (np.float32(_SHIFTS[k] ^ _ROUNDS[number]) + np.float32(0.5)) * step
+        put_rays(scene, block, k, columns, rows, shift_x, (np.float32(k) + np.float32(0.5)) * step, width, height)
+
+
+@inline
+def _channel_error(scene, mean, square, samples):
+    """Return by how many codes the mean of some samples of a pixel is expected to differ from that of all, squared.
+
+    The variance of the mean of n of N values is variance * (1 / n - 1 / N) if they are drawn at random.
+    """
+    variance = maximum(square * (np.float32(1) / samples) - mean * mean, 0.0) * (samples / (samples - np.float32(1)))
+    deviation = sqrt(variance * (np.float32(1) / samples - np.float32(1 / GRID**2)))
+    error = (code(scene, mean + deviation) - code(scene, mean - deviation)) * 0.5
+    return error * error
+
+
+@inline
+def _trusted(scene, total, square, contrast, samples):
+    """Return the lanes whose mean can be trusted."""
+    mean = total * (np.float32(1) / samples)
+    error = maximum(_channel_error(scene, mean.x, square.x, samples),
+                    maximum(_channel_error(scene, mean.y, square.y, samples),
+                            _channel_error(scene, mean.z, square.z, samples)))
+    doubt = contrast * contrast * (_DOUBT * _DOUBT * (np.float32(1) / samples - np.float32(1 / GRID**2)))
+    return error + doubt < _LARGEST_ERROR * _LARGEST_ERROR
+
+
+@inline
+def _write(film, pixel, lanes, total, samples, left, top):
+    """Write the sums of some pixels to the film."""
+    words, width = pointer(film), film.shape[1]
+    todo = bits(lanes)
+    while todo:
+        lane = count_trailing_zeros(todo)
+        todo &= todo - 1
+        number = np.int64(extract(pixel, lane))
+        at = 4 * ((top + number // TILE) * width + left + number % TILE)
+        store_scalar(words, at, extract(total.x, lane))
+        store_scalar(words, at + 1, extract(total.y, lane))
+        store_scalar(words, at + 2, extract(total.z, lane))
+        store_scalar(words, at + 3, samples)
+
+
+@inline
+def _compress3(words, at, v, lanes):
+    compress_store(words, at, v.x, lanes)
+    compress_store(words, at + _PLANE, v.y, lanes)
+    compress_store(words, at + 2 * _PLANE, v.z, lanes)
+
+
+@inline
+def refine_tile(scene, block, memory, film, first, left, top, max_bounces, control):
+    """Write the tile at (left, top): pixels of the first picture, or means of 4, 8, 12 or 16 samples of the 4×4 grid.
+
+    `first` is a film of one sample a pixel, finished also around the tile. Return False if another thread asks to stop.
+    """
+    todo = memory.todo
+    height, width = film.shape[0], film.shape[1]
+    _keep_first(film, first, left, top, min(left + TILE, width), min(top + TILE, height))
+    count = _find_pixels(scene, memory.codes, memory.contrast, todo, first, left, top)
+    spread = scalar(scene.view_words, VIEW.spread) * np.float32(1 / GRID)
+    for number in range(GRID):
+        kept, samples = 0, np.float32(GRID * (number + 1))
+        for start in range(0, count, LANES):
+            if atomic_load(control, CANCEL) != 0:
+                return False
+            active = lane_numbers() < np.int32(count - start)
+            pixel = select(active, load_int(todo, _PIXEL + start), 0)
+            _create_rays(scene, block, pixel, active, number, left, top, width, height)
+            begin_pixels(block.sums)
+            radiance(scene, block, np.int32((1 << PACKETS) - 1), spread, max_bounces)
+            total, square = load3(todo, _SUM + start, _PLANE), load3(todo, _SQUARE + start, _PLANE)
+            for k in range(PACKETS):
+                light = finite_samples(scene, block.sums, np.int64(k * LANES), active)
+                total = total + light
+                square = square + vector3(light.x * light.x, light.y * light.y, light.z * light.z)
+            contrast = load(todo, _CONTRAST + start)
+            done = active
+            if number < GRID - 1:
+                done = active & _trusted(scene, total, square, contrast, samples)
+            _write(film, pixel, done, total, samples, left, top)
+            rest = active & ~done
+            if any_lane(rest):  # to the front: nothing is written where there is still something to read
+                compress_store(todo, _PIXEL + kept, pixel, rest)
+                compress_store(todo, _CONTRAST + kept, contrast, rest)
+                _compress3(todo, _SUM + kept, total, rest)
+                _compress3(todo, _SQUARE + kept, square, rest)
+                kept += population_count(bits(rest))
+        count = kept
+    return True
