@@ -30,19 +30,26 @@ _PLANE = (TILE + 2) * _STRIDE
 CODE_WORDS = 3 * _PLANE + LANES
 """Red, green and blue of a tile with one more pixel on each side."""
 
-_DIAGONAL = np.float32(0.7)
-"""Weight of a diagonal neighbour: it lies 1.4 times as far away."""
+_DIAGONAL = np.float32(0.5)
+"""Weight of diagonal neighbours: they lie 1.4 times as far away, and touch the pixel in a corner only."""
+_BRIGHTEST = np.float32(1e4)
 
 
 @inline
-def code(scene, radiance):
-    """Return the sRGB code, 0 to 255 and not rounded, that linear radiance is developed to (see `color.develop`)."""
-    x = minimum(maximum(radiance * scalar(scene.view_words, VIEW.exposure), 0.0), np.float32(1e4))
+def exposed(scene, radiance):
+    """Return radiance as it is exposed; what is too bright to make a difference is cut off, so it can be squared."""
+    return minimum(radiance * scalar(scene.view_words, VIEW.exposure), _BRIGHTEST)
+
+
+@inline
+def code(scene, light):
+    """Return the sRGB code, 0 to 255 and not rounded, that exposed light is developed to (see `color.develop`)."""
+    x = minimum(maximum(light, 0.0), _BRIGHTEST)
     if scalar_int(scene.view_words, VIEW.filmic) != 0:
         x = filmic(x)
     x = minimum(x, 1.0)
-    bright = np.float32(1.055 * 255) * power(maximum(x, np.float32(1e-3)), np.float32(1 / 2.4)) - np.float32(0.055 * 255)
-    return select(x <= np.float32(0.0031308), x * np.float32(12.92 * 255), bright)
+    bright = np.float32(1.055) * power(maximum(x, np.float32(1e-3)), np.float32(1 / 2.4)) - np.float32(0.055)
+    return select(x <= np.float32(0.0031308), x * np.float32(12.92), bright) * np.float32(255)
 
 
 @inline
@@ -61,18 +68,24 @@ def load_codes(scene, codes, first, left, top):
             at = (x + np.int32(y * width)) << 2
             for k in range(3):
                 value = gather(words, at + np.int32(k), everywhere)
-                store(codes, k * _PLANE + row * _STRIDE + column, code(scene, value))
+                store(codes, k * _PLANE + row * _STRIDE + column, code(scene, exposed(scene, value)))
 
 
 @inline
 def contrast_at(codes, column, row):
-    """Return, for LANES pixels of a row of the tile, the largest difference from any of the eight around."""
-    largest = f32(0.0)
+    """Return how LANES pixels of a row of the tile differ from the eight around.
+
+    The mean of two numbers: the largest difference, and the largest bend of a line through the pixel and two opposite
+    neighbours, since of an even slope one sample in the middle is the mean.
+    """
+    largest, bend = f32(0.0), f32(0.0)
     for k in range(3):
         centre = k * _PLANE + (row + 1) * _STRIDE + column + 1
         here = load(codes, centre)
-        for dy in range(-1, 2):
-            for dx in range(-1, 2):
-                difference = absolute(load(codes, centre + dy * _STRIDE + dx) - here)
-                largest = maximum(largest, difference * (_DIAGONAL if dx * dy != 0 else np.float32(1.0)))
-    return largest
+        for axis in range(4):
+            step = (1, _STRIDE, _STRIDE + 1, _STRIDE - 1)[axis]
+            weight = np.float32(1.0) if axis < 2 else _DIAGONAL
+            before, after = load(codes, centre - step) - here, load(codes, centre + step) - here
+            largest = maximum(largest, maximum(absolute(before), absolute(after)) * weight)
+            bend = maximum(bend, absolute(before + after) * weight)
+    return (largest + bend) * 0.5

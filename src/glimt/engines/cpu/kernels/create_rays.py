@@ -5,7 +5,7 @@ import numpy as np
 from glimt.engines.cpu.kernels.block import PACKETS, PATH, RAY, SLOTS
 from glimt.engines.cpu.kernels.camera import camera_ray
 from glimt.kernel import inline
-from glimt.lanes import LANES, any_lane, bits, f32, lane_numbers, store, store3, store_scalar, to_float
+from glimt.lanes import LANES, any_lane, bits, f32, fma, lane_numbers, store, store3, store_scalar, to_float
 
 PACKET_WIDTH = 2 if LANES == 4 else 4
 PACKET_HEIGHT = LANES // PACKET_WIDTH
@@ -28,8 +28,8 @@ def packet_pixels(k, x, y):
 def put_rays(scene, block, k, columns, rows, shift_x, shift_y, width, height):
     """Write the rays of packet k through pixels, shifts counted in pixels from their corner."""
     slot = np.int64(k * LANES)
-    u = (to_float(columns) + shift_x) * (np.float32(2) / np.float32(width)) - 1.0
-    v = 1.0 - (to_float(rows) + shift_y) * (np.float32(2) / np.float32(height))
+    u = fma(to_float(columns) + shift_x, np.float32(2) / np.float32(width), f32(-1.0))
+    v = fma(to_float(rows) + shift_y, np.float32(-2) / np.float32(height), f32(1.0))
     origin, direction = camera_ray(scene, u, v)
     store3(block.rays, RAY.origin + slot, SLOTS, origin)
     store3(block.rays, RAY.direction + slot, SLOTS, direction)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from glimt.engines.cpu.kernels.block import PACKETS
-from glimt.engines.cpu.kernels.contrast import CODE_WORDS, TILE, code, contrast_at, load_codes
+from glimt.engines.cpu.kernels.contrast import CODE_WORDS, TILE, code, contrast_at, exposed, load_codes
 from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH, packet_pixels, put_rays
 from glimt.engines.cpu.kernels.radiance import radiance
 from glimt.engines.cpu.kernels.resolve import begin_pixels, finite_samples
@@ -55,9 +55,9 @@ FIRST_FOOTPRINT = np.float32(0.7)
 pixel's cone more are off than of one with this."""
 _LEAST_CONTRAST = np.float32(6)
 """Codes. Pixels that differ less from those around keep their first sample."""
-_LARGEST_ERROR = np.float32(4)
+_LARGEST_ERROR = np.float32(4.75)
 """Codes: the error of a mean that needs no more samples."""
-_DOUBT = np.float32(0.3)
+_DOUBT = np.float32(0.45)
 """Share of the contrast that is taken for a spread that the samples have missed."""
 
 _PLANE = TILE * TILE + LANES
@@ -117,10 +117,15 @@ def _find_pixels(scene, codes, contrast, todo, first, left, top):
 
 
 @inline
+def _places(pixel, left, top):
+    """Return (column, row) in the picture of some pixels of the tile at (left, top)."""
+    return (pixel & np.int32(TILE - 1)) + np.int32(left), (pixel >> np.int32(_TILE_BITS)) + np.int32(top)
+
+
+@inline
 def _create_rays(scene, block, pixel, active, number, left, top, width, height):
     """Write rays through some pixels of the tile at (left, top): packet k holds the sample in row k of the grid."""
-    columns = (pixel & np.int32(TILE - 1)) + np.int32(left)
-    rows = (pixel >> np.int32(_TILE_BITS)) + np.int32(top)
+    columns, rows = _places(pixel, left, top)
     step = np.float32(1) / np.float32(GRID)
     for k in range(PACKETS):
         store_scalar(block.active, k, bits(active))
@@ -135,20 +140,40 @@ def _channel_error(scene, mean, square, samples):
     The variance of the mean of n of N values is variance * (1 / n - 1 / N) if they are drawn at random.
     """
     variance = maximum(square * (np.float32(1) / samples) - mean * mean, 0.0) * (samples / (samples - np.float32(1)))
-    deviation = sqrt(variance * (np.float32(1) / samples - np.float32(1 / GRID**2)))
+    deviation = sqrt(variance * _missing(samples))
     error = (code(scene, mean + deviation) - code(scene, mean - deviation)) * 0.5
     return error * error
 
 
 @inline
+def _missing(samples):
+    return np.float32(1) / samples - np.float32(1 / (GRID**2 + 1))
+
+
+@inline
 def _trusted(scene, total, square, contrast, samples):
     """Return the lanes whose mean can be trusted."""
-    mean = total * (np.float32(1) / samples)
-    error = maximum(_channel_error(scene, mean.x, square.x, samples),
-                    maximum(_channel_error(scene, mean.y, square.y, samples),
-                            _channel_error(scene, mean.z, square.z, samples)))
-    doubt = contrast * contrast * (_DOUBT * _DOUBT * (np.float32(1) / samples - np.float32(1 / GRID**2)))
+    per_sample = np.float32(1) / samples * scalar(scene.view_words, VIEW.exposure)
+    error = maximum(_channel_error(scene, total.x * per_sample, square.x, samples),
+                    maximum(_channel_error(scene, total.y * per_sample, square.y, samples),
+                            _channel_error(scene, total.z * per_sample, square.z, samples)))
+    doubt = contrast * contrast * (_DOUBT * _DOUBT * _missing(samples))
     return error + doubt < _LARGEST_ERROR * _LARGEST_ERROR
+
+
+@inline
+def _squares(scene, light):
+    x, y, z = exposed(scene, light.x), exposed(scene, light.y), exposed(scene, light.z)
+    return vector3(x * x, y * y, z * z)
+
+
+@inline
+def _samples_of(first, pixel, left, top):
+    """Return the first samples of some pixels of the tile at (left, top)."""
+    columns, rows = _places(pixel, left, top)
+    words, at = pointer(first), (rows * np.int32(first.shape[1]) + columns) << 2
+    everywhere = lane_numbers() >= 0
+    return vector3(gather(words, at, everywhere), gather(words, at + 1, everywhere), gather(words, at + 2, everywhere))
 
 
 @inline
@@ -176,7 +201,7 @@ def _compress3(words, at, v, lanes):
 
 @inline
 def refine_tile(scene, block, memory, film, first, left, top, max_bounces, control):
-    """Write the tile at (left, top): pixels of the first picture, or means of 4, 8, 12 or 16 samples of the 4×4 grid.
+    """Write the tile at (left, top): pixels of the first picture, or 4, 8 or 12 samples more, or the 16 of the 4×4 grid.
 
     `first` is a film of one sample a pixel, finished also around the tile. Return False if another thread asks to stop.
     """
@@ -199,12 +224,14 @@ def refine_tile(scene, block, memory, film, first, left, top, max_bounces, contr
             for k in range(PACKETS):
                 light = finite_samples(scene, block.sums, np.int64(k * LANES), active)
                 total = total + light
-                square = square + vector3(light.x * light.x, light.y * light.y, light.z * light.z)
+                square = square + _squares(scene, light)
             contrast = load(todo, _CONTRAST + start)
-            done = active
-            if number < GRID - 1:
-                done = active & _trusted(scene, total, square, contrast, samples)
-            _write(film, pixel, done, total, samples, left, top)
+            done, shown, among = active, total, samples
+            if number < GRID - 1:  # the first sample counts until the grid is full
+                light = _samples_of(first, pixel, left, top)
+                shown, among = total + light, samples + np.float32(1)
+                done = active & _trusted(scene, shown, square + _squares(scene, light), contrast, among)
+            _write(film, pixel, done, shown, among, left, top)
             rest = active & ~done
             if any_lane(rest):  # to the front: nothing is written where there is still something to read
                 compress_store(todo, _PIXEL + kept, pixel, rest)
