@@ -25,10 +25,12 @@ from glimt.layout import VIEW
 TILE = 16
 """Pixels along a tile's side: a unit of work, and what one thread alone writes to."""
 
-_STRIDE = (TILE + 2 + LANES - 1) // LANES * LANES
-_PLANE = (TILE + 2) * _STRIDE
+_STRIDE = (TILE + 4 + LANES - 1) // LANES * LANES
+_PLANE = (TILE + 4) * _STRIDE
 CODE_WORDS = 3 * _PLANE + LANES
-"""Red, green and blue of a tile with one more pixel on each side."""
+"""Red, green and blue of a tile with two more pixels on each side."""
+CONTRAST_WORDS = (TILE + 2) * _STRIDE + LANES
+"""Contrast of a tile with one more pixel on each side."""
 
 _DIAGONAL = np.float32(0.5)
 """Weight of diagonal neighbours: they lie 1.4 times as far away, and touch the pixel in a corner only."""
@@ -53,18 +55,15 @@ def code(scene, light):
 
 
 @inline
-def load_codes(scene, codes, first, left, top):
-    """Write the codes of the tile at (left, top), and of the pixels around it, from a film of one sample a pixel.
-
-    Beyond the picture its outermost pixels go on.
-    """
+def _load_codes(scene, codes, first, left, top):
+    """Write the codes of the tile at (left, top) and around it; beyond the picture its outermost pixels go on."""
     height, width = first.shape[0], first.shape[1]
     words = pointer(first)
     everywhere = lane_numbers() >= 0
-    for row in range(TILE + 2):
-        y = min(max(top + row - 1, 0), height - 1)
+    for row in range(TILE + 4):
+        y = min(max(top + row - 2, 0), height - 1)
         for column in range(0, _STRIDE, LANES):
-            x = minimum(maximum(lane_numbers() + np.int32(left + column - 1), 0), np.int32(width - 1))
+            x = minimum(maximum(lane_numbers() + np.int32(left + column - 2), 0), np.int32(width - 1))
             at = (x + np.int32(y * width)) << 2
             for k in range(3):
                 value = gather(words, at + np.int32(k), everywhere)
@@ -72,8 +71,8 @@ def load_codes(scene, codes, first, left, top):
 
 
 @inline
-def contrast_at(codes, column, row):
-    """Return how LANES pixels of a row of the tile differ from the eight around.
+def _difference(codes, row, column):
+    """Return how LANES pixels differ from the eight around.
 
     The mean of two numbers: the largest difference, and the largest bend of a line through the pixel and two opposite
     neighbours, since of an even slope one sample in the middle is the mean.
@@ -89,3 +88,30 @@ def contrast_at(codes, column, row):
             largest = maximum(largest, maximum(absolute(before), absolute(after)) * weight)
             bend = maximum(bend, absolute(before + after) * weight)
     return (largest + bend) * 0.5
+
+
+@inline
+def load_contrasts(scene, codes, contrasts, first, left, top):
+    """Write how the pixels of the tile at (left, top), and one more on each side, differ from those around them.
+
+    `first` is a film of one sample a pixel, `codes` memory to work in.
+    """
+    _load_codes(scene, codes, first, left, top)
+    for row in range(TILE + 2):
+        for column in range(0, _STRIDE, LANES):
+            store(contrasts, row * _STRIDE + column, _difference(codes, row, column))
+
+
+@inline
+def contrast_at(contrasts, columns, rows):
+    """Return the contrast of pixels of the tile: half their own, half the mean of the nine around.
+
+    A pixel in the midst of a texture is like the others, whatever its one sample has met.
+    """
+    everywhere = lane_numbers() >= 0
+    at = (rows + 1) * np.int32(_STRIDE) + columns + 1
+    total = f32(0.0)
+    for dy in range(-1, 2):
+        for dx in range(-1, 2):
+            total = total + gather(contrasts, at + np.int32(dy * _STRIDE + dx), everywhere)
+    return gather(contrasts, at, everywhere) * 0.5 + total * np.float32(0.5 / 9)

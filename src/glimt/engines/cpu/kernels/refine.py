@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from glimt.engines.cpu.kernels.block import PACKETS
-from glimt.engines.cpu.kernels.contrast import CODE_WORDS, TILE, code, contrast_at, exposed, load_codes
+from glimt.engines.cpu.kernels.contrast import CODE_WORDS, CONTRAST_WORDS, TILE, code, contrast_at, exposed, load_contrasts
 from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH, packet_pixels, put_rays
 from glimt.engines.cpu.kernels.radiance import radiance
 from glimt.engines.cpu.kernels.resolve import begin_pixels, finite_samples
@@ -37,7 +37,6 @@ from glimt.lanes import (
     splat3,
     sqrt,
     stack_floats,
-    store,
     store3,
     store_scalar,
     vector3,
@@ -53,26 +52,25 @@ _ROUNDS = (0, 3, 1, 2)
 FIRST_FOOTPRINT = np.float32(0.7)
 """Width of the first sample's cone in pixels. Mip levels are as blurred as a wide filter: of one sample with a whole
 pixel's cone more are off than of one with this."""
-_LEAST_CONTRAST = np.float32(6)
+_LEAST_CONTRAST = np.float32(7)
 """Codes. Pixels that differ less from those around keep their first sample."""
-_LARGEST_ERROR = np.float32(4.75)
+_LARGEST_ERROR = np.float32(4.5)
 """Codes: the error of a mean that needs no more samples."""
-_DOUBT = np.float32(0.45)
+_DOUBT = np.float32(0.4)
 """Share of the contrast that is taken for a spread that the samples have missed."""
 
 _PLANE = TILE * TILE + LANES
 _PIXEL, _CONTRAST, _SUM, _SQUARE = 0, _PLANE, 2 * _PLANE, 5 * _PLANE
 TODO_WORDS = 8 * _PLANE
 """Pixels that need more samples, side by side: number in the tile, contrast, sum of samples, sum of their squares."""
-CONTRAST_WORDS = TILE * TILE
 _TILE_BITS = TILE.bit_length() - 1
 
 
 class RefineMemory(NamedTuple):
-    """Pointers: codes of a tile and around it, contrast of its pixels, and the pixels that need more samples."""
+    """Pointers: codes and contrasts of a tile and around it, and the pixels that need more samples."""
 
     codes: object
-    contrast: object
+    contrasts: object
     todo: object
 
 
@@ -92,12 +90,9 @@ def _keep_first(film, first, left, top, right, bottom):
 
 
 @inline
-def _find_pixels(scene, codes, contrast, todo, first, left, top):
+def _find_pixels(scene, codes, contrasts, todo, first, left, top):
     """Write the pixels of a tile that need more samples, and return how many there are."""
-    load_codes(scene, codes, first, left, top)
-    for row in range(TILE):
-        for column in range(0, TILE, LANES):
-            store(contrast, row * TILE + column, contrast_at(codes, column, row))
+    load_contrasts(scene, codes, contrasts, first, left, top)
     count = 0
     none = splat3(f32(0.0))
     for y in range(0, TILE, PACKET_HEIGHT):
@@ -106,7 +101,7 @@ def _find_pixels(scene, codes, contrast, todo, first, left, top):
             inside = (columns + np.int32(left) < np.int32(first.shape[1])) & (
                 rows + np.int32(top) < np.int32(first.shape[0]))
             pixel = rows * np.int32(TILE) + columns
-            value = gather(contrast, pixel, inside)
+            value = contrast_at(contrasts, columns, rows)
             needed = inside & (value > _LEAST_CONTRAST)
             store3(todo, _SUM + count, _PLANE, none)
             store3(todo, _SQUARE + count, _PLANE, none)
@@ -208,7 +203,7 @@ def refine_tile(scene, block, memory, film, first, left, top, max_bounces, contr
     todo = memory.todo
     height, width = film.shape[0], film.shape[1]
     _keep_first(film, first, left, top, min(left + TILE, width), min(top + TILE, height))
-    count = _find_pixels(scene, memory.codes, memory.contrast, todo, first, left, top)
+    count = _find_pixels(scene, memory.codes, memory.contrasts, todo, first, left, top)
     spread = scalar(scene.view_words, VIEW.spread) * np.float32(1 / GRID)
     for number in range(GRID):
         kept, samples = 0, np.float32(GRID * (number + 1))
