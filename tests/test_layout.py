@@ -29,7 +29,7 @@ def test_offsets_are_those_of_the_dtype_without_gaps(name):
 
 @pytest.mark.parametrize(("name", "words"), [
     ("NODE", 64), ("TRIANGLE_BLOCK", 40), ("INSTANCE_BLOCK", 4), ("VERTEX", 8), ("TANGENT", 4), ("TRIANGLE", 4),
-    ("INSTANCE", 36), ("MATERIAL", 16), ("TEXTURE", 8), ("LEVEL", 4), ("LIGHT", 20), ("VIEW", 20),
+    ("INSTANCE", 36), ("MATERIAL", 16), ("TEXTURE", 8), ("LEVEL", 4), ("LIGHT", 20), ("VIEW", 21),
 ])
 def test_words(name, words):
     """Records are read from other languages too: a change of size is no accident."""

@@ -37,6 +37,7 @@ class Film:
     ----------
     sums : (h, w, 4) float32
         Linear RGB, Rec. 709 primaries, summed over the samples of each pixel, and their number; row 0 on top.
+        Of adaptive sampling the number is 1, 5, 9, 13 (the first sample among them) or 16 (the 4×4 grid).
     counters : Counters
         What was traced for it.
     seconds : float

@@ -13,6 +13,7 @@ from glimt.bench.embree_rays import Configuration, Tracers
 from glimt.bench.glimt_rays import closest_hits
 from glimt.bench.measure import interleave
 from glimt.engines.cpu.record import record_rays
+from glimt.errors import GlimtError
 from glimt.packed import pack, pack_view
 from glimt.scene.scene import Scene
 
@@ -38,6 +39,8 @@ class Yardstick:
 
     def __init__(self, scene: Scene) -> None:
         self._packed, settings = pack(scene), scene.settings
+        if isinstance(settings.samples, str):
+            raise GlimtError("adaptive samples cannot be set against Embree's; choose samples from 1 to 64")
         view = pack_view(scene.camera_or_framing(), settings, scene.lights)
         recorded = record_rays(self._packed, len(scene.lights), view, (settings.width, settings.height),
                                settings.samples, settings.max_bounces)

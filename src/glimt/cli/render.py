@@ -24,6 +24,15 @@ def _parse_size(text: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
+def _parse_samples(text: str) -> int | str:
+    if text == "adaptive":
+        return text
+    try:
+        return int(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is neither a whole number nor 'adaptive'") from None
+
+
 def _parse_finite(text: str) -> float:
     try:
         value = float(text)
@@ -39,7 +48,9 @@ def render(
     output: Annotated[Path | None, typer.Option(
         "--output", "-o", metavar="FILE", help="Image to write, by default SCENE's name with .png, here.")] = None,
     size: Annotated[str | None, typer.Option(metavar="WIDTHxHEIGHT", help="Size of the picture in pixels.")] = None,
-    samples: Annotated[int | None, typer.Option(help="n gives a grid of n×n samples a pixel.")] = None,
+    samples: Annotated[Any, typer.Option(
+        parser=_parse_samples, metavar="N",
+        help="n gives a grid of n×n samples a pixel; 'adaptive' as many as it needs.")] = None,
     bounces: Annotated[int | None, typer.Option(help="Mirror bounces; 0 shows no mirror.")] = None,
     threads: Annotated[int | None, typer.Option(
         min=1, max=1024, help="Threads to use, by default one for each processor core.")] = None,

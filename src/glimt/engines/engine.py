@@ -1,7 +1,7 @@
 """What every engine can do, and how one is chosen."""
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from glimt.errors import GlimtError
 from glimt.film import Film
 from glimt.packed import PackedScene
-from glimt.scene.scene import Samples
 
 Progress = Callable[[str, float], None]
 """Is told what is being done, and how far it is, 0 to 1."""
+Samples = int | Literal["adaptive"]
 
 
 class Engine(Protocol):

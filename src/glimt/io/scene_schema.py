@@ -17,7 +17,9 @@ from pydantic import (
     Field,
     PlainValidator,
     Strict,
+    ValidatorFunctionWrapHandler,
     WithJsonSchema,
+    WrapValidator,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
@@ -80,6 +82,11 @@ def _as_texture(value: Any) -> Any:
     return {"file": value} if isinstance(value, str) else value
 
 
+def _or_word(value: Any, check: ValidatorFunctionWrapHandler) -> Any:
+    """Leave a word to `RenderSettings`, which knows the one that is meant."""
+    return value if isinstance(value, str) and not value.isdecimal() else check(value)
+
+
 def _named(title: str) -> WithJsonSchema:
     """Return the metadata that names a type in the documentation."""
     return WithJsonSchema({"title": title})
@@ -88,6 +95,7 @@ def _named(title: str) -> WithJsonSchema:
 # TOML tells 1, 1.0, "1" and true apart, so strictly: a whole number is a number, nothing else is.
 Number = Annotated[float, Strict(), AllowInfNan(False), _named("number")]
 Whole = Annotated[int, Strict(), Field(ge=-2**53, le=2**53), _named("whole number")]
+PixelSamples = Annotated[Whole | str, WrapValidator(_or_word), _named('whole number or "adaptive"')]
 Flag = Annotated[bool, Strict(), _named("true or false")]
 Text = Annotated[str, Field(min_length=1, max_length=1000), _named("text")]
 Name = Annotated[str, Field(min_length=1, max_length=1000), _named("name")]
@@ -130,7 +138,8 @@ class RenderTable(Table):
     """[render]: how the scene is rendered."""
 
     size: Size = Field([RenderSettings.width, RenderSettings.height], description="Pixels.")
-    samples: Whole = Field(RenderSettings.samples, description="n gives a grid of n×n samples a pixel, 1 to 64.")
+    samples: PixelSamples = Field(RenderSettings.samples, description=(
+        "n gives a grid of n×n samples a pixel, 1 to 64; \"adaptive\" 1 to 16 of them, as many as a pixel needs."))
     max_bounces: Whole = Field(RenderSettings.max_bounces, description="Mirror bounces, 0 to 1000; 0 shows no mirror.")
     background: Color = Field(RenderSettings.background, description="What rays see that leave the scene.")
     ambient: Color = Field(RenderSettings.ambient, description="Light that reaches every surface from all sides.")

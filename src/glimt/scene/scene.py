@@ -1,7 +1,7 @@
 """The scene: what is drawn, what lights it, where it is seen from, and how it is rendered."""
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,15 +69,15 @@ class RenderSettings:
             raise GlimtError(f"settings: tone_curve is {self.tone_curve!r}, expected 'clamp' or 'filmic'")
 
 
-def _samples(value: Samples) -> Samples:
-    if isinstance(value, str):
-        if value != "adaptive":
-            raise GlimtError(f"settings: samples is {value!r:.60}, expected 1 to 64 or 'adaptive'")
-        return value
+def _samples(value: Any) -> Samples:
+    if isinstance(value, str) and value == "adaptive":
+        return "adaptive"
+    if isinstance(value, str) and not value.isdecimal():
+        raise GlimtError(f"settings: samples is {value!r:.60}, expected 1 to 64 or 'adaptive'")
     return _whole("samples", value, 1, 64)
 
 
-def _whole(name: str, value: int, lo: int, hi: int) -> int:
+def _whole(name: str, value: Any, lo: int, hi: int) -> int:
     number = checks.number("settings", name, value, lo, hi)
     if number != int(number):
         raise GlimtError(f"settings: {name} is {value}, expected a whole number")

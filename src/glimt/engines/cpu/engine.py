@@ -13,13 +13,12 @@ from glimt.engines.cpu.kernels.contrast import TILE
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT
 from glimt.engines.cpu.warm_up import compile_kernels
-from glimt.engines.engine import Progress
+from glimt.engines.engine import Progress, Samples
 from glimt.errors import GlimtError
 from glimt.film import Counters, Film
 from glimt.kernel import is_ready
 from glimt.layout import CANCEL, COUNTER_STRIDE, NEXT_TILE, VIEW
 from glimt.packed import PackedScene
-from glimt.scene.scene import Samples
 
 _POLL_SECONDS = 0.1
 _MOST_THREADS = 1024

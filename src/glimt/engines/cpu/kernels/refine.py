@@ -10,7 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from glimt.engines.cpu.kernels.block import PACKETS
-from glimt.engines.cpu.kernels.contrast import CODE_WORDS, CONTRAST_WORDS, TILE, code, contrast_at, exposed, load_contrasts
+from glimt.engines.cpu.kernels.contrast import (
+    CODE_WORDS,
+    CONTRAST_WORDS,
+    TILE,
+    code,
+    contrast_at,
+    exposed,
+    load_contrasts,
+)
 from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH, packet_pixels, put_rays
 from glimt.engines.cpu.kernels.radiance import radiance
 from glimt.engines.cpu.kernels.resolve import begin_pixels, finite_samples
@@ -196,7 +204,7 @@ def _compress3(words, at, v, lanes):
 
 @inline
 def refine_tile(scene, block, memory, film, first, left, top, max_bounces, control):
-    """Write the tile at (left, top): pixels of the first picture, or 4, 8 or 12 samples more, or the 16 of the 4×4 grid.
+    """Write the tile at (left, top): first samples, or with 4, 8 or 12 more, or the 16 of the grid.
 
     `first` is a film of one sample a pixel, finished also around the tile. Return False if another thread asks to stop.
     """
