@@ -6,6 +6,8 @@ import pytest
 
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.query import find_blocked, find_hits
+from glimt.engines.cpu.kernels.radiance import RADIANCE
+from glimt.engines.cpu.kernels.refine import refine_tiles
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.kernel import KERNELS
 from test_kernel import run
@@ -125,9 +127,18 @@ def reached(function):
     return values
 
 
-def test_every_kernel_that_traces_rays_makes_the_traversal_ready():
+def shared_by(function):
+    """Return the shared kernels that a function calls, and those that they call."""
+    values = reached(function)
+    called = {shared for shared in (TRACE, RADIANCE) if any(value is shared.call for value in values)}
+    return called.union(*(shared_by(shared.py_func) for shared in called))
+
+
+def test_every_kernel_makes_ready_what_it_calls():
     """Else it would call the address 0."""
-    tracing = [kernel for kernel in KERNELS if TRACE.call in reached(kernel.py_func)]
-    assert {render_tiles, find_hits, find_blocked} <= set(tracing)
-    for kernel in tracing:
-        assert TRACE in inspect.getclosurevars(kernel.compile).nonlocals["shared"]
+    callers = {kernel: shared_by(kernel.py_func) for kernel in KERNELS}
+    assert callers[render_tiles] == callers[refine_tiles] == {TRACE, RADIANCE}
+    assert callers[find_hits] == callers[find_blocked] == {TRACE}
+    for kernel, called in callers.items():
+        if called:
+            assert set(inspect.getclosurevars(kernel.compile).nonlocals["shared"]) == called

@@ -197,13 +197,22 @@ class SharedKernel:
             self._address.value = self._compiled.address
 
 
+def _flatten(builder: Any, value: Any, kind: Any) -> list[tuple[Any, Any]]:
+    """Return the values in a tuple, and in tuples in it, with their Numba types."""
+    if not isinstance(kind, numba.types.BaseTuple):
+        return [(value, kind)]
+    parts = cgutils.unpack_tuple(builder, value)
+    return [leaf for part, own in zip(parts, kind.types, strict=True) for leaf in _flatten(builder, part, own)]
+
+
 def _caller(symbol: str, kinds: tuple[Any, ...]) -> Any:
-    """Return what kernels call, with a tuple of arguments, to reach the function whose address is at `symbol`."""
+    """Return what kernels call, with a tuple of arguments or of tuples, to reach the function whose address is there."""
     @intrinsic
     def call_shared(typing_context, arguments):  # type: ignore[no-untyped-def]
         def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
-            values = [context.cast(builder, value, given, kind) for value, given, kind in zip(
-                cgutils.unpack_tuple(builder, args[0]), arguments.types, kinds, strict=True)]
+            given = _flatten(builder, args[0], arguments)
+            values = [context.cast(builder, value, own, kind)
+                      for (value, own), kind in zip(given, kinds, strict=True)]
             function = ir.FunctionType(ir.IntType(32), [value.type for value in values])
             cell = builder.module.globals.get(symbol) or ir.GlobalVariable(builder.module, ir.IntType(64), symbol)
             return builder.call(builder.inttoptr(builder.load(cell), function.as_pointer()), values)

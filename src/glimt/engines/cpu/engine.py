@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from glimt.engines.cpu.kernels.contrast import TILE
 from glimt.engines.cpu.kernels.frame import render_tiles
-from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT
-from glimt.engines.cpu.warm_up import compile_kernels
+from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT, refine_tiles
+from glimt.engines.cpu.warm_up import STAGE, compile_kernels
 from glimt.engines.engine import Progress, Samples
 from glimt.errors import GlimtError
 from glimt.film import Counters, Film
@@ -22,7 +22,7 @@ from glimt.packed import PackedScene
 
 _POLL_SECONDS = 0.1
 _MOST_THREADS = 1024
-_NO_RAYS, _NO_FILM = np.zeros((3, 7, 0), np.float32), np.zeros((0, 0, 4), np.float32)
+_NO_RAYS = np.zeros((3, 7, 0), np.float32)
 
 
 def available_threads() -> int:
@@ -72,23 +72,26 @@ class CpuEngine:
         if samples == "adaptive":
             first, first_view = np.empty(shape, np.float32), view.copy()
             first_view[VIEW.spread] *= FIRST_FOOTPRINT
-            self._run(first_view, first, 1, max_bounces, counters, _NO_FILM, _part(progress, 0.0))
-            self._run(view, sums, 1, max_bounces, counters, first, _part(progress, 0.5))
+            self._run(render_tiles, first_view, first, 1, max_bounces, counters, _part(progress, 0.0))
+            if progress and not is_ready(refine_tiles):
+                progress(STAGE, 0.5)
+            self._run(refine_tiles, view, sums, first, max_bounces, counters, _part(progress, 0.5))
         else:
-            self._run(view, sums, samples, max_bounces, counters, _NO_FILM, progress)
+            self._run(render_tiles, view, sums, samples, max_bounces, counters, progress)
         totals = counters[:, :len(Counters._fields)].sum(0).tolist()
         return Film(sums, Counters(*totals), time.perf_counter() - start)
 
-    def _run(self, view: NDArray[np.float32], sums: NDArray[np.float32], samples: int, max_bounces: int,
-             counters: NDArray[np.int64], first: NDArray[np.float32], progress: Progress | None) -> None:
-        """Let the kernel write all tiles of a film, with a job for each row of counters."""
+    def _run(self, kernel: Any, view: NDArray[np.float32], sums: NDArray[np.float32],
+             samples: int | NDArray[np.float32], max_bounces: int, counters: NDArray[np.int64],
+             progress: Progress | None) -> None:
+        """Let a kernel write all tiles of a film, with a job for each row of counters; `samples`: or first ones."""
         tiles = -(-sums.shape[1] // TILE) * -(-sums.shape[0] // TILE)
         control = np.zeros(16, np.int64)
         jobs: list[Future[Any]] = []
         try:  # awake for Ctrl-C; whatever happens, no job outlives this call
             for own in counters:
-                jobs.append(self._pool.submit(render_tiles, self._scene, self._light_count, view, sums, samples,
-                                              max_bounces, control, own, _NO_RAYS, first))
+                jobs.append(self._pool.submit(kernel, self._scene, self._light_count, view, sums, samples,
+                                              max_bounces, control, own, _NO_RAYS))
             for job in jobs:
                 while not _ends(job):
                     if progress:

@@ -33,5 +33,5 @@ def _trace(packed: PackedScene, light_count: int, view: NDArray[np.float32], siz
     width, height = size
     counters = np.zeros(COUNTER_STRIDE, np.int64)
     render_tiles(packed, light_count, view, np.zeros((height, width, 4), np.float32), samples, max_bounces,
-                 np.zeros(16, np.int64), counters, recorded, np.zeros((0, 0, 4), np.float32))
+                 np.zeros(16, np.int64), counters, recorded)
     return Counters(*counters[:len(Counters._fields)].tolist())

@@ -48,8 +48,7 @@ def compile_frame(progress: Progress) -> None:
         none = np.zeros(64, np.float32)
         scene = PackedScene(*[none] * len(PackedScene._fields))
         render_tiles(scene, 0, np.zeros(VIEW.words, np.float32), np.zeros((0, 0, 4), np.float32), 1, 0,
-                     np.zeros(16, np.int64), np.zeros(16, np.int64), np.zeros((3, 7, 0), np.float32),
-                     np.zeros((0, 0, 4), np.float32))
+                     np.zeros(16, np.int64), np.zeros(16, np.int64), np.zeros((3, 7, 0), np.float32))
 
 
 def compile_rest() -> None:

@@ -6,8 +6,7 @@ from glimt.engines.cpu.kernels.arrays import arrays
 from glimt.engines.cpu.kernels.block import PACKETS, SUM_WORDS, new_block
 from glimt.engines.cpu.kernels.contrast import TILE
 from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, create_rays
-from glimt.engines.cpu.kernels.radiance import radiance
-from glimt.engines.cpu.kernels.refine import new_refine_memory, refine_tile
+from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
 from glimt.engines.cpu.kernels.resolve import add_finite, begin_pixels, resolve
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.kernel import calls, kernel
@@ -15,9 +14,9 @@ from glimt.lanes import atomic_add, atomic_load, scalar, scalar_int, stack_float
 from glimt.layout import CANCEL, NEXT_TILE, VIEW
 
 
-@calls(TRACE)
+@calls(RADIANCE, TRACE)
 @kernel
-def render_tiles(scene, light_count, view, film, samples, max_bounces, control, counters, recorded, first):
+def render_tiles(scene, light_count, view, film, samples, max_bounces, control, counters, recorded):
     """Render tiles until none is left or another thread asks to stop.
 
     Parameters
@@ -34,12 +33,9 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
         This thread's own.
     recorded : (3, 7, n) float32
         Receives up to n primary, shadow and mirror rays each: origin, direction, how far they look. For one thread.
-    first : (height, width, 4) float32
-        A film of one sample a pixel, which is refined (see `refine`); one of no pixels for n×n samples.
     """
     here = arrays(scene, light_count, view, counters, recorded)
     block, totals, inside = new_block(), stack_floats(SUM_WORDS), stack_ints(PACKETS)
-    memory = new_refine_memory()
     height, width = film.shape[0], film.shape[1]
     across = (width + TILE - 1) // TILE
     tiles = across * ((height + TILE - 1) // TILE)
@@ -50,10 +46,6 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
         if tile >= tiles:
             return
         left, top = (tile % across) * TILE, (tile // across) * TILE
-        if first.size > 0:
-            if not refine_tile(here, block, memory, film, first, left, top, max_bounces, control):
-                return
-            continue
         for y in range(top, min(top + TILE, height), BLOCK_HEIGHT):
             for x in range(left, min(left + TILE, width), BLOCK_WIDTH):
                 begin_pixels(totals)

@@ -1,8 +1,10 @@
 """The integrator: a block of rays to radiance (Whitted, "An improved illumination model for shaded display", 1980)."""
 
 import numpy as np
+from numba import types
 
-from glimt.engines.cpu.kernels.block import PATH, POINT, RAY, SLOTS, first_slot, lanes_of
+from glimt.engines.cpu.kernels.arrays import Arrays
+from glimt.engines.cpu.kernels.block import PATH, POINT, RAY, SLOTS, Block, first_slot, lanes_of
 from glimt.engines.cpu.kernels.bounce import bounce
 from glimt.engines.cpu.kernels.hit import hit_at
 from glimt.engines.cpu.kernels.intersect import intersect
@@ -10,7 +12,7 @@ from glimt.engines.cpu.kernels.material import material_at
 from glimt.engines.cpu.kernels.resolve import add_to_pixels
 from glimt.engines.cpu.kernels.shade import shade
 from glimt.engines.cpu.kernels.surface import above, surface_at
-from glimt.kernel import inline, routine
+from glimt.kernel import SharedKernel, inline
 from glimt.lanes import LANES, any_lane, bits, load, load3, scalar3, store, store3, store_scalar
 from glimt.layout import MISS, VIEW
 
@@ -51,18 +53,36 @@ def _points(scene, block, packets, spread, depth):
     return met
 
 
-@routine
+def radiance_of_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, vertices, tangents,
+                     materials, textures, levels, texels, lights, light_count, view_words, counters, recorded, room,
+                     rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found, packets, spread,
+                     max_bounces):
+    """Do what `radiance` asks for."""
+    scene = Arrays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, vertices, tangents,
+                   materials, textures, levels, texels, lights, light_count, view_words, counters, recorded, room)
+    block = Block(rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found)
+    for depth in range(max_bounces + 1):
+        intersect(scene, block, packets, depth == 0)
+        packets = _points(scene, block, packets, spread, depth)
+        if packets == 0:
+            return 0
+        shade(scene, block, packets)
+        packets = bounce(block, packets, depth, max_bounces)
+        if packets == 0:
+            return 0
+    return 0
+
+
+_FLOATS, _INTS, _LONGS = (types.CPointer(kind) for kind in (types.float32, types.int32, types.int64))
+RADIANCE = SharedKernel(radiance_of_rays, (*[_FLOATS] * 13, types.int64, _FLOATS, _LONGS, _FLOATS, types.int64,
+                                           *[_FLOATS] * 8, _INTS, _INTS, types.int32, types.float32, types.int64))
+_call = RADIANCE.call
+
+
+@inline
 def radiance(scene, block, packets, spread, max_bounces):
     """Add the radiance along the rays of some packets to their pixels: ``(1 - r) * lit + r * mirrored`` at every hit.
 
     `spread` is the width of a pixel's cone at distance 1.
     """
-    for depth in range(max_bounces + 1):
-        intersect(scene, block, packets, depth == 0)
-        packets = _points(scene, block, packets, spread, depth)
-        if packets == 0:
-            return
-        shade(scene, block, packets)
-        packets = bounce(block, packets, depth, max_bounces)
-        if packets == 0:
-            return
+    _call((scene, block, packets, spread, max_bounces))

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from glimt.engines.cpu.kernels.block import PACKETS
+from glimt.engines.cpu.kernels.arrays import arrays
+from glimt.engines.cpu.kernels.block import PACKETS, new_block
 from glimt.engines.cpu.kernels.contrast import (
     CODE_WORDS,
     CONTRAST_WORDS,
@@ -20,12 +21,14 @@ from glimt.engines.cpu.kernels.contrast import (
     load_contrasts,
 )
 from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH, packet_pixels, put_rays
-from glimt.engines.cpu.kernels.radiance import radiance
+from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
 from glimt.engines.cpu.kernels.resolve import begin_pixels, finite_samples
-from glimt.kernel import inline
+from glimt.engines.cpu.kernels.traverse import TRACE
+from glimt.kernel import calls, inline, kernel
 from glimt.lanes import (
     LANES,
     any_lane,
+    atomic_add,
     atomic_load,
     bits,
     compress_store,
@@ -49,7 +52,7 @@ from glimt.lanes import (
     store_scalar,
     vector3,
 )
-from glimt.layout import CANCEL, VIEW
+from glimt.layout import CANCEL, NEXT_TILE, VIEW
 
 GRID = 4
 """A pixel has up to GRID×GRID samples, in rounds of one for each row and each column."""
@@ -244,3 +247,21 @@ def refine_tile(scene, block, memory, film, first, left, top, max_bounces, contr
                 kept += population_count(bits(rest))
         count = kept
     return True
+
+
+@calls(RADIANCE, TRACE)
+@kernel
+def refine_tiles(scene, light_count, view, film, first, max_bounces, control, counters, recorded):
+    """Refine tiles until none is left or another thread asks to stop.
+
+    `first` is a film of one sample a pixel, finished; the rest is as for `frame.render_tiles`.
+    """
+    here = arrays(scene, light_count, view, counters, recorded)
+    block, memory = new_block(), new_refine_memory()
+    across = (film.shape[1] + TILE - 1) // TILE
+    tiles = across * ((film.shape[0] + TILE - 1) // TILE)
+    while True:
+        tile = atomic_add(control, NEXT_TILE, 1)
+        if tile >= tiles or not refine_tile(here, block, memory, film, first, (tile % across) * TILE,
+                                            (tile // across) * TILE, max_bounces, control):
+            return
