@@ -41,6 +41,11 @@ def test_options_take_the_place_of_the_scene_file(glimt):
     assert not np.array_equal(expected, api.render(scene, size=(20, 10), samples=2, max_bounces=1))
 
 
+def test_samples_may_be_adaptive(glimt):
+    assert glimt("render", "ball.toml", "--samples", "adaptive").code == 0
+    assert np.array_equal(pixels("ball.png"), api.render(api.load("ball.toml"), samples="adaptive"))
+
+
 def test_warnings_are_counted_and_printed_once(glimt, tmp_path):
     (tmp_path / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n" + "f 1 2 2\n" * 7)
     end = glimt("render", "flat.obj", "--size", "8x8")

@@ -22,7 +22,7 @@ from glimt.layout import VIEW
 from glimt.packed import PackedScene
 
 STAGE = "compiling kernels, first run only"
-_FUNCTIONS = 75
+_FUNCTIONS = 97
 """About how many functions Numba compiles on the way; only the progress bar depends on it."""
 _PATIENCE_SECONDS = 300
 _CODE = "from glimt.engines.cpu.warm_up import compile_rest; compile_rest()"
