@@ -206,7 +206,7 @@ def _flatten(builder: Any, value: Any, kind: Any) -> list[tuple[Any, Any]]:
 
 
 def _caller(symbol: str, kinds: tuple[Any, ...]) -> Any:
-    """Return what kernels call, with a tuple of arguments or of tuples, to reach the function whose address is there."""
+    """Return what kernels call, with a tuple of arguments or of tuples, to reach the function that a symbol tells."""
     @intrinsic
     def call_shared(typing_context, arguments):  # type: ignore[no-untyped-def]
         def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
