@@ -42,10 +42,18 @@ from glimt.layout import (
     LEAF_STEP,
     NODE,
     SPHERE_KIND,
+    STACK_SIZE,
 )
 
 NO_FLAGS, SHARED_ORIGIN, OCCLUSION = np.int32(0), np.int32(1), np.int32(2)
 """What `trace` may be told: that all rays start in one point, that it is enough to know whether anything is met."""
+
+_TOGETHER = np.int64(10)
+"""Nodes of a mesh that packets visit before they leave subtrees to single rays."""
+_SPARSE = np.int64(12)
+"""Rays that are so few that they walk the mesh of an instance one by one."""
+_IN_SCENE, _IN_MESH = np.bool_(False), np.bool_(True)
+"""Which tree `_push_children` is in."""
 
 
 class Trees(NamedTuple):
@@ -126,7 +134,7 @@ class _Stack(NamedTuple):
 
 @inline
 def _new_stack():
-    return _Stack(stack_ints(512), stack_floats(512), stack_longs(512))
+    return _Stack(stack_ints(STACK_SIZE), stack_floats(STACK_SIZE), stack_longs(STACK_SIZE))
 
 
 @inline
@@ -170,13 +178,6 @@ def _triangles(scene, inst, code, bundle, lanes):
         lanes = without_packet(lanes, slot)
         hit = triangle_leaf(scene, inst, code, rays_at(bundle.rays, slot), hit_at(bundle.hits, slot), bundle.occlusion)
         store_hit(bundle.hits, slot, hit)
-
-
-_SPARSE = np.int64(12)
-"""Rays that are so few that they walk the mesh of an instance one by one."""
-_IN_SCENE, _IN_MESH = np.bool_(False), np.bool_(True)
-_TOGETHER = np.int64(10)
-"""Nodes of a mesh that packets visit before they leave subtrees to single rays."""
 
 
 @routine
@@ -259,7 +260,7 @@ def _mesh(scene, inst, record, bundle, lanes, pending):
 
 
 @inline
-def _spheres(scene, inst, record, bundle, packets):
+def _sphere(scene, inst, record, bundle, packets):
     """Test a sphere."""
     while packets:
         slot = first_slot(packets)
@@ -276,7 +277,7 @@ def _instances(scene, code, bundle, lanes, pending):
         inst = scalar_int(scene.tlas_blocks, base + j)
         record = np.int64(inst) * INSTANCE.words
         if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
-            _spheres(scene, inst, record, bundle, packets_of(lanes))
+            _sphere(scene, inst, record, bundle, packets_of(lanes))
             continue
         rays = bundle.rays
         if scalar_int(scene.instances, record + INSTANCE.identity) == 0:
