@@ -41,7 +41,7 @@ KERNELS: list[Any] = []
 
 
 def host_lanes() -> int:
-    """Return how many float32 lanes kernels have: 16, 8 or 4 (`GLIMT_LANES` overrides it); on Arm 8, in two registers."""
+    """Return how many float32 lanes kernels have: 16, 8 (on Arm in two registers) or 4 (`GLIMT_LANES` overrides it)."""
     chosen = os.environ.get("GLIMT_LANES")
     if chosen:
         if chosen not in ("4", "8", "16"):
