@@ -14,6 +14,7 @@ from numba.core.registry import cpu_target
 
 from glimt.bvh import subtrees
 from glimt.engines.cpu.kernels.frame import render_tiles
+from glimt.engines.cpu.kernels.radiance import RADIANCE
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.kernel import _PartLibrary
 from glimt.layout import VIEW
@@ -76,7 +77,8 @@ def main(folder):
         subtrees.build_subtrees: (words, words, words, ints, ints, 4, tasks, 0, longs),
         subtrees.lay_out: (tasks, words, words, ints, ints, words, ints.reshape(-1, 4), longs),
     }
-    modules = {"trace_rays": lowered("trace_rays", TRACE.get_ready)}
+    modules = {shared.py_func.__name__: lowered(shared.py_func.__name__, shared.get_ready)
+               for shared in (TRACE, RADIANCE)}
     for kernel, values in arguments.items():
         kinds = tuple(numba.typeof(value) for value in values)
         name = kernel.py_func.__name__
