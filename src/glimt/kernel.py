@@ -228,13 +228,12 @@ def calls(*shared: SharedKernel) -> Callable[[Any], Any]:
         compile_kernel = dispatcher.compile
 
         @functools.wraps(compile_kernel)
-        def compile_with(signature: Any) -> Any:
-            compiled = compile_kernel(signature)
-            for other in shared:
+        def compile_after(signature: Any) -> Any:
+            for other in shared:  # first: once the kernel is known, any thread may call it
                 other.get_ready()
-            return compiled
+            return compile_kernel(signature)
 
-        dispatcher.compile = compile_with
+        dispatcher.compile = compile_after
         return dispatcher
 
     return decorate

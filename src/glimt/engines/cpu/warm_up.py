@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from typing import Any
 
 import numpy as np
@@ -52,7 +53,7 @@ def compile_frame(progress: Progress) -> None:
 
 
 def compile_rest() -> None:
-    """Compile what the frame kernel calls, and the tree builder."""
+    """Compile the traversal and the tree builder."""
     TRACE.get_ready()
     box = np.zeros((2, 3), np.float32)
     bvh.build(box, box + 1)
@@ -65,6 +66,13 @@ class Helper:
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
         self._process = subprocess.Popen([sys.executable, "-c", _CODE], stdin=subprocess.DEVNULL, env=environment,
                                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    def wait_for_traversal(self) -> None:
+        """Wait until the traversal is compiled, which comes first, or nothing more can be expected."""
+        for _ in range(20 * _PATIENCE_SECONDS):
+            if is_ready(TRACE) or self._process.poll() is not None:
+                return
+            time.sleep(0.05)
 
     def wait(self) -> None:
         """Wait until it is done; whatever became of it, it is gone afterwards."""
@@ -104,8 +112,12 @@ def compile_kernels(progress: Progress) -> None:
     remove_stale_caches()
     begin()
     helper, _helper = _helper, None
-    if helper:
-        TRACE.awaited = helper.wait
-    compile_frame(progress)
+    try:
+        if helper:
+            TRACE.awaited = helper.wait_for_traversal
+        compile_frame(progress)
+    finally:
+        if helper:
+            helper.wait()
     compile_rest()  # from the cache, unless the helper failed
     progress(STAGE, 1.0)
