@@ -73,15 +73,27 @@ from glimt.lanes.ops import (
 )
 from glimt.lanes.sort import numbers8, permute8, sort8
 from glimt.lanes.types import LANES, f32, f32x8, i32, mask
-from glimt.lanes.vector import Vector3, cross, dot, load3, normalize, scalar3, select3, splat3, store3, vector3
+from glimt.lanes.vector import (
+    Vector3,
+    compress_store3,
+    cross,
+    dot,
+    load3,
+    normalize,
+    scalar3,
+    select3,
+    splat3,
+    store3,
+    vector3,
+)
 
 __all__ = [
     "LANES", "Vector3", "absolute", "all_lanes", "any_lane", "arccos", "arctan2", "as_float", "as_int", "atomic_add",
-    "atomic_load", "bits", "compress_store", "count_trailing_zeros", "cross", "difference", "dot", "exp2", "extract",
-    "f32", "f32x8", "floor", "fma", "from_bits", "gather", "gather_int", "gather_pairs", "highest", "i32",
-    "interleave4", "join", "lane_numbers", "least_number", "load", "load3", "load4", "load8", "load8_int", "load_int",
-    "log2", "lower_half", "lowest", "mask", "maximum", "minimum", "normalize", "numbers8", "permute8", "pick",
-    "pick_int", "pointer", "population_count", "power", "prefetch", "product", "reciprocal", "reciprocal_sqrt",
+    "atomic_load", "bits", "compress_store", "compress_store3", "count_trailing_zeros", "cross", "difference", "dot",
+    "exp2", "extract", "f32", "f32x8", "floor", "fma", "from_bits", "gather", "gather_int", "gather_pairs", "highest",
+    "i32", "interleave4", "join", "lane_numbers", "least_number", "load", "load3", "load4", "load8", "load8_int",
+    "load_int", "log2", "lower_half", "lowest", "mask", "maximum", "minimum", "normalize", "numbers8", "permute8",
+    "pick", "pick_int", "pointer", "population_count", "power", "prefetch", "product", "reciprocal", "reciprocal_sqrt",
     "scalar", "scalar3", "scalar_int", "select", "select3", "sort8", "splat3", "sqrt", "stack_floats", "stack_ints",
     "stack_longs", "store", "store3", "store8", "store_scalar", "store_scalar_int", "to_float", "to_int", "upper_half",
     "vector3",

@@ -8,7 +8,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, make_attribute_wrapper, models, register_model
 
 from glimt.kernel import inline
-from glimt.lanes.memory import broadcast_word, load, store
+from glimt.lanes.memory import broadcast_word, compress_store, load, store
 from glimt.lanes.ops import CONTRACT, fma, reciprocal_sqrt
 from glimt.lanes.types import Lanes, as_lanes, lanes_type
 
@@ -120,6 +120,14 @@ def store3(words, index, stride, v):
     store(words, index, v.x)
     store(words, index + stride, v.y)
     store(words, index + 2 * stride, v.z)
+
+
+@inline
+def compress_store3(words, index, stride, v, condition):
+    """Write the lanes of a condition side by side so that `load3` finds them."""
+    compress_store(words, index, v.x, condition)
+    compress_store(words, index + stride, v.y, condition)
+    compress_store(words, index + 2 * stride, v.z, condition)
 
 
 @inline

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt.engines.cpu.kernels.contrast import TILE
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT, refine_tiles
+from glimt.engines.cpu.kernels.tile import TILE
 from glimt.engines.cpu.warm_up import STAGE, compile_kernels
 from glimt.engines.engine import Progress, Samples
 from glimt.errors import GlimtError
@@ -65,8 +65,7 @@ class CpuEngine:
         start = time.perf_counter()
         shape = (height, width, 4)
         sums = film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)
-        tiles = -(-width // TILE) * -(-height // TILE)
-        counters = np.zeros((min(self.threads, tiles), int(COUNTER_STRIDE)), np.int64)
+        counters = np.zeros((min(self.threads, _tile_count(sums)), int(COUNTER_STRIDE)), np.int64)
         if progress:
             progress("rendering", 0.0)
         if samples == "adaptive":
@@ -85,7 +84,6 @@ class CpuEngine:
              samples: int | NDArray[np.float32], max_bounces: int, counters: NDArray[np.int64],
              progress: Progress | None) -> None:
         """Let a kernel write all tiles of a film, with a job for each row of counters; `samples`: or first ones."""
-        tiles = -(-sums.shape[1] // TILE) * -(-sums.shape[0] // TILE)
         control = np.zeros(16, np.int64)
         jobs: list[Future[Any]] = []
         try:  # awake for Ctrl-C; whatever happens, no job outlives this call
@@ -95,11 +93,16 @@ class CpuEngine:
             for job in jobs:
                 while not _ends(job):
                     if progress:
-                        progress("rendering", min(1.0, control[NEXT_TILE] / tiles))
+                        progress("rendering", min(1.0, control[NEXT_TILE] / _tile_count(sums)))
         except BaseException:
             control[CANCEL] = 1
             wait(jobs)
             raise
+
+
+def _tile_count(sums: NDArray[np.float32]) -> int:
+    count: int = -(-sums.shape[1] // TILE) * -(-sums.shape[0] // TILE)
+    return count
 
 
 def _part(progress: Progress | None, start: float) -> Progress | None:

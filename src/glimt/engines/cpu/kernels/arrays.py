@@ -2,19 +2,9 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
-from glimt.engines.cpu.kernels.block import HIT, RAY, SLOTS
+from glimt.engines.cpu.kernels.block import HIT, RAY, SLOTS, first_slot
 from glimt.kernel import inline
-from glimt.lanes import (
-    LANES,
-    bits,
-    compress_store,
-    count_trailing_zeros,
-    load,
-    pointer,
-    population_count,
-)
+from glimt.lanes import bits, compress_store, load, pointer, population_count
 
 
 class Arrays(NamedTuple):
@@ -63,12 +53,12 @@ def count(scene, which, number):
 def count_rays(scene, which, rays, hits, packets):
     """Count the rays of some packets of a block that are about to be traced, and record them when that is wished."""
     while packets:
-        slot = np.int64(count_trailing_zeros(packets)) * LANES
+        slot = first_slot(packets)
         packets &= packets - 1
         t_max = load(hits, HIT.t + slot)
         asked = t_max > 0.0
         place, number = scene.counters[which], population_count(bits(asked))
-        scene.counters[which] = place + number
+        count(scene, which, number)
         if place + number <= scene.room:
             at = 7 * which * scene.room + place
             for k in range(6):

@@ -10,6 +10,7 @@ from glimt.lanes import (
     any_lane,
     bits,
     compress_store,
+    compress_store3,
     dot,
     load,
     load3,
@@ -32,13 +33,6 @@ def mirror_direction(direction, ng, ns):
     rise = dot(mirrored, ng)
     lifted = normalize(mirrored + ng * maximum(_LEAST_RISE - rise, 0.0))
     return select3(rise < _LEAST_RISE, lifted, mirrored)
-
-
-@inline
-def _append(words, at, v, lanes):
-    compress_store(words, at, v.x, lanes)
-    compress_store(words, at + SLOTS, v.y, lanes)
-    compress_store(words, at + 2 * SLOTS, v.z, lanes)
 
 
 @inline
@@ -65,8 +59,9 @@ def bounce(block, packets, depth, max_bounces):
             pixel, travelled = load_int(block.paths, PATH.pixel + slot), load(block.paths, PATH.travelled + slot)
             direction = mirror_direction(direction, load3(block.points, POINT.ng + slot, SLOTS),
                                          load3(block.points, POINT.ns + slot, SLOTS))
-            _append(block.rays, RAY.origin + count, load3(block.points, POINT.start + slot, SLOTS), onward)
-            _append(block.rays, RAY.direction + count, direction, onward)
+            start = load3(block.points, POINT.start + slot, SLOTS)
+            compress_store3(block.rays, RAY.origin + count, SLOTS, start, onward)
+            compress_store3(block.rays, RAY.direction + count, SLOTS, direction, onward)
             compress_store(block.paths, PATH.throughput + count, throughput * reflectivity, onward)
             compress_store(block.paths, PATH.travelled + count, travelled, onward)
             compress_store(block.paths, PATH.pixel + count, pixel, onward)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from glimt.color import filmic
+from glimt.engines.cpu.kernels.tile import TILE
 from glimt.kernel import inline
 from glimt.lanes import (
     LANES,
@@ -21,9 +22,6 @@ from glimt.lanes import (
     store,
 )
 from glimt.layout import VIEW
-
-TILE = 16
-"""Pixels along a tile's side: a unit of work, and what one thread alone writes to."""
 
 _STRIDE = (TILE + 4 + LANES - 1) // LANES * LANES
 _PLANE = (TILE + 4) * _STRIDE

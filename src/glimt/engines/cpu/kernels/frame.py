@@ -1,17 +1,17 @@
-"""The entry point: tiles of a frame, handed out by an atomic counter."""
+"""The entry point: the tiles of a frame."""
 
 import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import arrays
 from glimt.engines.cpu.kernels.block import PACKETS, SUM_WORDS, new_block
-from glimt.engines.cpu.kernels.contrast import TILE
 from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, create_rays
 from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
 from glimt.engines.cpu.kernels.resolve import add_finite, begin_pixels, resolve
+from glimt.engines.cpu.kernels.tile import TILE, take_tile
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.kernel import calls, kernel
-from glimt.lanes import atomic_add, atomic_load, scalar, scalar_int, stack_floats, stack_ints, store_scalar
-from glimt.layout import CANCEL, NEXT_TILE, VIEW
+from glimt.lanes import atomic_load, scalar, scalar_int, stack_floats, stack_ints, store_scalar
+from glimt.layout import CANCEL, VIEW
 
 
 @calls(RADIANCE, TRACE)
@@ -37,15 +37,12 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
     here = arrays(scene, light_count, view, counters, recorded)
     block, totals, inside = new_block(), stack_floats(SUM_WORDS), stack_ints(PACKETS)
     height, width = film.shape[0], film.shape[1]
-    across = (width + TILE - 1) // TILE
-    tiles = across * ((height + TILE - 1) // TILE)
     step = np.float32(1) / np.float32(samples)
     spread = scalar(here.view_words, VIEW.spread) * step
     while True:
-        tile = atomic_add(control, NEXT_TILE, 1)
-        if tile >= tiles:
+        left, top = take_tile(control, width, height)
+        if top < 0:
             return
-        left, top = (tile % across) * TILE, (tile // across) * TILE
         for y in range(top, min(top + TILE, height), BLOCK_HEIGHT):
             for x in range(left, min(left + TILE, width), BLOCK_WIDTH):
                 begin_pixels(totals)

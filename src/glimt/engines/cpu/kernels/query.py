@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from glimt.engines.cpu.kernels.arrays import arrays
 from glimt.engines.cpu.kernels.block import HIT, HIT_WORDS, RAY_WORDS, SLOTS
 from glimt.engines.cpu.kernels.hit import hit_at, no_hit, store_hit
 from glimt.engines.cpu.kernels.packet import fill_idle, set_up
-from glimt.engines.cpu.kernels.traverse import NO_FLAGS, OCCLUSION, SHARED_ORIGIN, TRACE, trace
+from glimt.engines.cpu.kernels.traverse import NO_FLAGS, OCCLUSION, SHARED_ORIGIN, TRACE, trace, trees
 from glimt.kernel import calls, inline, kernel
 from glimt.lanes import LANES, any_lane, atomic_add, f32, load, select, stack_floats, store, vector3
 
@@ -49,7 +48,7 @@ def find_hits(scene, rays, shared_origin, floats, ids, chunk):
     chunk : (1,) int64
         Shared by all threads: the next chunk to take.
     """
-    here = arrays(scene, 0, np.zeros(1, np.float32), np.zeros(1, np.int64), np.zeros((1, 1, 0), np.float32))
+    here = trees(scene)
     block, local, hits = stack_floats(RAY_WORDS), stack_floats(RAY_WORDS), stack_floats(HIT_WORDS)
     flags = SHARED_ORIGIN if shared_origin else NO_FLAGS
     n = rays.shape[1]
@@ -72,7 +71,7 @@ def find_hits(scene, rays, shared_origin, floats, ids, chunk):
 @kernel
 def find_blocked(scene, rays, shared_origin, blocked, chunk):
     """Write 1 to (n,) float32 `blocked` for each ray that meets something, else 0; the rest as for `find_hits`."""
-    here = arrays(scene, 0, np.zeros(1, np.float32), np.zeros(1, np.int64), np.zeros((1, 1, 0), np.float32))
+    here = trees(scene)
     block, local, hits = stack_floats(RAY_WORDS), stack_floats(RAY_WORDS), stack_floats(HIT_WORDS)
     flags = SHARED_ORIGIN | OCCLUSION if shared_origin else OCCLUSION
     n = rays.shape[1]

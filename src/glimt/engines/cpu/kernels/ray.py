@@ -3,16 +3,17 @@
 By the same operations in the same order as in a packet: a ray's hit is the same to the bit.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from glimt.engines.cpu.kernels.block import HIT, RAY, SINGLE, SLOTS
 from glimt.engines.cpu.kernels.hit import DONE
-from glimt.engines.cpu.kernels.triangle import within
+from glimt.engines.cpu.kernels.triangle import edges, meeting
 from glimt.kernel import inline
 from glimt.lanes import (
     bits,
     count_trailing_zeros,
-    difference,
     extract,
     fma,
     i32,
@@ -22,8 +23,6 @@ from glimt.lanes import (
     load_int,
     maximum,
     minimum,
-    product,
-    reciprocal,
     scalar,
     scalar_int,
     select,
@@ -36,6 +35,14 @@ from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, LEAF_SIZE, LEAF_STEP
 _AXIS = np.int64(LEAF_SIZE)
 _CORNER = np.int64(3 * LEAF_SIZE)
 _Y, _Z = np.int64(SLOTS), np.int64(2 * SLOTS)  # words from a vector's x to its y and z
+
+
+class Corner(NamedTuple):
+    """The same corner of four triangles as a ray sees it."""
+
+    x: object
+    y: object
+    z: object
 
 
 @inline
@@ -78,30 +85,23 @@ def _corners(words, at, rays, singles, slot):
     axis, origin, shear = SINGLE.axis + slot, RAY.shear_origin + slot, RAY.shear + slot
     axis_x, axis_y = np.int64(scalar_int(singles, axis)), np.int64(scalar_int(singles, axis + _Y))
     z = load4(words, at + np.int64(scalar_int(singles, axis + _Z))) - scalar(rays, origin + _Z)
-    return (fma(-scalar(rays, shear), z, load4(words, at + axis_x) - scalar(rays, origin)),
-            fma(-scalar(rays, shear + _Y), z, load4(words, at + axis_y) - scalar(rays, origin + _Y)), z)
-
-
-@inline
-def _edge(px, py, qx, qy):
-    return difference(product(px, qy), product(py, qx))
+    return Corner(fma(-scalar(rays, shear), z, load4(words, at + axis_x) - scalar(rays, origin)),
+                  fma(-scalar(rays, shear + _Y), z, load4(words, at + axis_y) - scalar(rays, origin + _Y)), z)
 
 
 @inline
 def leaf(words, inst, code, rays, singles, hits, slot, occlusion):
     """Test up to four triangles at once (see `triangle.triangle_leaf`)."""
     base = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
-    ax, ay, az = _corners(words, base, rays, singles, slot)
-    bx, by, bz = _corners(words, base + _CORNER, rays, singles, slot)
-    cx, cy, cz = _corners(words, base + 2 * _CORNER, rays, singles, slot)
-    wa, wb, wc = _edge(cx, cy, bx, by), _edge(ax, ay, cx, cy), _edge(bx, by, ax, ay)
-    inside = bits((minimum(wa, minimum(wb, wc)) >= 0.0) | (maximum(wa, maximum(wb, wc)) <= 0.0))
+    a = _corners(words, base, rays, singles, slot)
+    b = _corners(words, base + _CORNER, rays, singles, slot)
+    c = _corners(words, base + 2 * _CORNER, rays, singles, slot)
+    wa, wb, wc, between = edges(a, b, c)
+    inside = bits(between)
     inside &= (1 << (code % LEAF_STEP)) - 1
     if inside:
-        inside &= bits(within(ax, bx, cx) & within(ay, by, cy))
-        scale = reciprocal(wa + wb + wc)
-        us, vs = wb * scale, wc * scale
-        ts = fma(wa * scale, az, fma(us, bz, vs * cz)) * scalar(rays, RAY.shear + _Z + slot)
+        ts, us, vs, near = meeting(a, b, c, wa, wb, wc, scalar(rays, RAY.shear + _Z + slot))
+        inside &= bits(near)
         while inside:
             j = count_trailing_zeros(inside)
             inside &= inside - 1

@@ -14,7 +14,6 @@ from glimt.engines.cpu.kernels.block import PACKETS, new_block
 from glimt.engines.cpu.kernels.contrast import (
     CODE_WORDS,
     CONTRAST_WORDS,
-    TILE,
     code,
     contrast_at,
     exposed,
@@ -22,16 +21,17 @@ from glimt.engines.cpu.kernels.contrast import (
 )
 from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH, packet_pixels, put_rays
 from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
-from glimt.engines.cpu.kernels.resolve import begin_pixels, finite_samples
+from glimt.engines.cpu.kernels.resolve import begin_pixels, finite_samples, store_pixel
+from glimt.engines.cpu.kernels.tile import TILE, take_tile
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.kernel import calls, inline, kernel
 from glimt.lanes import (
     LANES,
     any_lane,
-    atomic_add,
     atomic_load,
     bits,
     compress_store,
+    compress_store3,
     count_trailing_zeros,
     extract,
     f32,
@@ -52,7 +52,7 @@ from glimt.lanes import (
     store_scalar,
     vector3,
 )
-from glimt.layout import CANCEL, NEXT_TILE, VIEW
+from glimt.layout import CANCEL, VIEW
 
 GRID = 4
 """A pixel has up to GRID×GRID samples, in rounds of one for each row and each column."""
@@ -191,18 +191,7 @@ def _write(film, pixel, lanes, total, samples, left, top):
         lane = count_trailing_zeros(todo)
         todo &= todo - 1
         number = np.int64(extract(pixel, lane))
-        at = 4 * ((top + number // TILE) * width + left + number % TILE)
-        store_scalar(words, at, extract(total.x, lane))
-        store_scalar(words, at + 1, extract(total.y, lane))
-        store_scalar(words, at + 2, extract(total.z, lane))
-        store_scalar(words, at + 3, samples)
-
-
-@inline
-def _compress3(words, at, v, lanes):
-    compress_store(words, at, v.x, lanes)
-    compress_store(words, at + _PLANE, v.y, lanes)
-    compress_store(words, at + 2 * _PLANE, v.z, lanes)
+        store_pixel(words, (top + number // TILE) * width + left + number % TILE, total, lane, samples)
 
 
 @inline
@@ -242,8 +231,8 @@ def refine_tile(scene, block, memory, film, first, left, top, max_bounces, contr
             if any_lane(rest):  # to the front: nothing is written where there is still something to read
                 compress_store(todo, _PIXEL + kept, pixel, rest)
                 compress_store(todo, _CONTRAST + kept, contrast, rest)
-                _compress3(todo, _SUM + kept, total, rest)
-                _compress3(todo, _SQUARE + kept, square, rest)
+                compress_store3(todo, _SUM + kept, _PLANE, total, rest)
+                compress_store3(todo, _SQUARE + kept, _PLANE, square, rest)
                 kept += population_count(bits(rest))
         count = kept
     return True
@@ -258,10 +247,7 @@ def refine_tiles(scene, light_count, view, film, first, max_bounces, control, co
     """
     here = arrays(scene, light_count, view, counters, recorded)
     block, memory = new_block(), new_refine_memory()
-    across = (film.shape[1] + TILE - 1) // TILE
-    tiles = across * ((film.shape[0] + TILE - 1) // TILE)
     while True:
-        tile = atomic_add(control, NEXT_TILE, 1)
-        if tile >= tiles or not refine_tile(here, block, memory, film, first, (tile % across) * TILE,
-                                            (tile // across) * TILE, max_bounces, control):
+        left, top = take_tile(control, film.shape[1], film.shape[0])
+        if top < 0 or not refine_tile(here, block, memory, film, first, left, top, max_bounces, control):
             return

@@ -91,11 +91,16 @@ def resolve(film, totals, samples, left, top):
         for lane in range(LANES):
             column, row = x + lane % PACKET_WIDTH, y + lane // PACKET_WIDTH
             if column < width and row < height:
-                at = 4 * (row * width + column)
-                store_scalar(words, at, extract(sums.x, lane))
-                store_scalar(words, at + 1, extract(sums.y, lane))
-                store_scalar(words, at + 2, extract(sums.z, lane))
-                store_scalar(words, at + 3, samples)
+                store_pixel(words, row * width + column, sums, lane, samples)
+
+
+@inline
+def store_pixel(words, pixel, sums, lane, samples):
+    """Write one lane's sums, and how many samples they have, to a pixel of a film."""
+    store_scalar(words, 4 * pixel, extract(sums.x, lane))
+    store_scalar(words, 4 * pixel + 1, extract(sums.y, lane))
+    store_scalar(words, 4 * pixel + 2, extract(sums.z, lane))
+    store_scalar(words, 4 * pixel + 3, samples)
 
 
 @inline

@@ -22,6 +22,7 @@ from glimt.lanes import (
     load8,
     maximum,
     minimum,
+    pointer,
     population_count,
     scalar,
     scalar3,
@@ -64,6 +65,13 @@ class Trees(NamedTuple):
     blas_nodes: object
     blas_blocks: object
     instances: object
+
+
+@inline
+def trees(scene):
+    """Return the pointers of a `PackedScene`."""
+    return Trees(pointer(scene.tlas_nodes), pointer(scene.tlas_blocks), pointer(scene.blas_nodes),
+                 pointer(scene.blas_blocks), pointer(scene.instances))
 
 
 class Bundle(NamedTuple):
@@ -329,6 +337,9 @@ _call = TRACE.call
 
 @inline
 def trace(scene, rays, local, hits, flags, packets):
-    """Find the hits of some packets of a block, or only whether there are any: rays are set up, hits begun."""
+    """Find the hits of some packets of a block, or only whether there are any: rays are set up, hits begun.
+
+    `scene` is `Trees` or anything that has its fields.
+    """
     _call((scene.tlas_nodes, scene.tlas_blocks, scene.blas_nodes, scene.blas_blocks, scene.instances, rays, local, hits,
            flags, packets))

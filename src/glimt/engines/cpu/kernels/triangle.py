@@ -33,12 +33,31 @@ def _edge(p, q):
 
 
 @inline
-def within(a, b, c):
+def edges(a, b, c):
+    """Return the edge functions of corners seen along a ray, and the lanes where none is on another side than the rest.
+
+    A packet has one triangle in all lanes, a ray has another in each.
+    """
+    wa, wb, wc = _edge(c, b), _edge(a, c), _edge(b, a)
+    return wa, wb, wc, (minimum(wa, minimum(wb, wc)) >= 0.0) | (maximum(wa, maximum(wb, wc)) <= 0.0)
+
+
+@inline
+def _within(a, b, c):
     """Return the lanes whose ray, which is at 0, passes between the least and the greatest of three coordinates.
 
     Edge functions of a triangle far smaller than its distance from the ray round to 0, which counts as inside.
     """
     return (minimum(a, minimum(b, c)) <= 0.0) & (maximum(a, maximum(b, c)) >= 0.0)
+
+
+@inline
+def meeting(a, b, c, wa, wb, wc, shear_z):
+    """Return (t, u, v) of where a ray meets the plane of a triangle, and the lanes where that can be inside."""
+    scale = reciprocal(wa + wb + wc)  # NaN for an edge-on triangle, which then is not closer
+    u, v = wb * scale, wc * scale
+    t = fma(wa * scale, a.z, fma(u, b.z, v * c.z)) * shear_z
+    return t, u, v, _within(a.x, b.x, c.x) & _within(a.y, b.y, c.y)
 
 
 @inline
@@ -55,13 +74,11 @@ def triangle_leaf(scene, inst, code, rays, hit, occlusion):
         a = _corner(words, base + j, rays)
         b = _corner(words, base + _CORNER + j, rays)
         c = _corner(words, base + 2 * _CORNER + j, rays)
-        wa, wb, wc = _edge(c, b), _edge(a, c), _edge(b, a)
-        inside = ((minimum(wa, minimum(wb, wc)) >= 0.0) | (maximum(wa, maximum(wb, wc)) <= 0.0)) & (hit.t > 0.0)
+        wa, wb, wc, inside = edges(a, b, c)
+        inside = inside & (hit.t > 0.0)
         if any_lane(inside):
-            inside = inside & within(a.x, b.x, c.x) & within(a.y, b.y, c.y)
-            scale = reciprocal(wa + wb + wc)  # NaN for an edge-on triangle, which then is not closer
-            u, v = wb * scale, wc * scale
-            t = fma(wa * scale, a.z, fma(u, b.z, v * c.z)) * rays.shear.z
+            t, u, v, near = meeting(a, b, c, wa, wb, wc, rays.shear.z)
+            inside = inside & near
             prim = scalar_int(words, base + TRIANGLE_BLOCK.prim + j)
             if occlusion:
                 hit = block(hit, inside & (t > 0.0) & (t < hit.t))

@@ -1,0 +1,18 @@
+"""Tiles of a picture, handed out by an atomic counter."""
+
+from glimt.kernel import inline
+from glimt.lanes import atomic_add
+from glimt.layout import NEXT_TILE
+
+TILE = 16
+"""Pixels along a tile's side: a unit of work, and what one thread alone writes to."""
+
+
+@inline
+def take_tile(control, width, height):
+    """Return (left, top) of the next tile of a picture, top below 0 when none is left."""
+    across = (width + TILE - 1) // TILE
+    tile = atomic_add(control, NEXT_TILE, 1)
+    if tile >= across * ((height + TILE - 1) // TILE):
+        return 0, -1
+    return (tile % across) * TILE, (tile // across) * TILE
