@@ -7,6 +7,20 @@ from numpy.typing import NDArray
 
 from glimt.errors import GlimtError
 from glimt.kernel import inline, kernel
+from glimt.lanes import (
+    LANES,
+    f32,
+    gather,
+    gather_int,
+    lane_numbers,
+    minimum,
+    pointer,
+    scalar_int,
+    select,
+    stack_ints,
+    store,
+    to_int,
+)
 
 ToneCurve = Literal["clamp", "filmic"]
 
@@ -39,7 +53,8 @@ def exposure_scale(exposure: float) -> float:
     return float(2.0 ** min(max(exposure, -100.0), 25.0))
 
 
-def develop(radiance: NDArray[np.float32], exposure: float = 0.0, tone_curve: ToneCurve = "clamp") -> NDArray[np.uint8]:
+def develop(radiance: NDArray[np.float32], exposure: float = 0.0, tone_curve: ToneCurve = "clamp",
+            image: NDArray[np.uint8] | None = None) -> NDArray[np.uint8]:
     """Turn linear radiance into a displayable image.
 
     Parameters
@@ -50,35 +65,63 @@ def develop(radiance: NDArray[np.float32], exposure: float = 0.0, tone_curve: To
         Stops; each doubles the radiance.
     tone_curve : "clamp" or "filmic"
         How radiance above 1 is shown: cut off, or rolled off.
+    image : (h, w, 3) or (h, w, 4) uint8, optional
+        Contiguous; is written to and returned. A fourth number, opacity, becomes 255.
 
     Returns
     -------
-    (h, w, 3) uint8, sRGB, row 0 on top.
+    (h, w, 3) uint8, sRGB, row 0 on top; or `image`.
     """
     if tone_curve not in ("clamp", "filmic"):
         raise GlimtError(f"tone curve is {tone_curve!r}, expected 'clamp' or 'filmic'")
-    image = np.empty((*radiance.shape[:2], 3), np.uint8)
+    height, width, parts = radiance.shape
+    words = image if image is not None and image.shape[2] == 4 else np.empty((height, width, 4), np.uint8)
     scale = np.float32(exposure_scale(exposure))
-    _develop(np.ascontiguousarray(radiance, np.float32).ravel(), radiance.shape[2], scale, tone_curve == "filmic",
-             _SRGB_CODES, image.ravel())
+    _develop(np.ascontiguousarray(radiance, np.float32).reshape(-1), parts, scale, tone_curve == "filmic", _SRGB_CODES,
+             words.reshape(-1).view(np.int32))
+    if image is None:
+        return np.ascontiguousarray(words[..., :3])
+    if image is not words:
+        image[...] = words[..., :3]
     return image
+
+
+@inline
+def _codes_of(radiance, at, active, factor, is_filmic, codes):  # type: ignore[no-untyped-def]
+    """Return the sRGB codes of one number of each pixel; NaN is black."""
+    value = gather(radiance, at, active) * factor
+    value = select(value > 0.0, minimum(value, f32(np.float32(1e4))), 0.0)
+    if is_filmic:
+        value = filmic(value)
+    last = np.float32(_STEPS - 1)
+    return gather_int(codes, to_int(minimum(value, f32(np.float32(1.0))) * last + np.float32(0.5)), active)
 
 
 @kernel
 def _develop(radiance, parts, scale, is_filmic, codes, image):  # type: ignore[no-untyped-def]
-    """Develop pixels of `parts` floats each through a table of sRGB codes."""
-    one, zero, last = np.float32(1), np.float32(0), np.float32(len(codes) - 1)
-    for pixel in range(len(image) // 3):
-        samples = radiance[parts * pixel + 3] if parts > 3 else one
-        factor = scale / samples if samples > zero else zero
-        for k in range(3):
-            value = radiance[parts * pixel + k] * factor
-            value = min(value, np.float32(1e4)) if value > zero else zero  # NaN is black
-            if is_filmic:
-                value = filmic(value)
-            image[3 * pixel + k] = codes[np.uint32(min(value, one) * last + np.float32(0.5))]
+    """Develop pixels of `parts` floats each through a table of sRGB codes into words of red, green, blue and 255."""
+    radiance_words, code_words, line = pointer(radiance), pointer(codes), stack_ints(LANES)
+    for first in range(0, len(image), LANES):
+        pixel = lane_numbers() + np.int32(first)
+        active = pixel < np.int32(len(image))
+        at = pixel * np.int32(parts)
+        factor = f32(scale)
+        if parts > 3:
+            samples = gather(radiance_words, at + 3, active)
+            factor = select(samples > 0.0, factor / samples, 0.0)
+        red = _codes_of(radiance_words, at, active, factor, is_filmic, code_words)
+        green = _codes_of(radiance_words, at + 1, active, factor, is_filmic, code_words)
+        blue = _codes_of(radiance_words, at + 2, active, factor, is_filmic, code_words)
+        word = red | (green << 8) | (blue << 16) | np.int32(-1 << 24)
+        if first + LANES <= len(image):
+            store(image, first, word)
+            continue
+        store(line, 0, word)
+        for lane in range(len(image) - first):
+            image[first + lane] = scalar_int(line, lane)
 
 
-# Codes for 65,536 steps of linear light: at the dark end one code spans 20 steps, so the table is right to a step.
-_SRGB_CODES = (linear_to_srgb(np.linspace(0, 1, 65536, dtype=np.float32)) * np.float32(255) + np.float32(0.5)).astype(
-    np.uint8)
+_STEPS = 65536
+# Codes for equal steps of linear light: at the dark end one code spans 20 steps, so the table is right to a step.
+_SRGB_CODES = (linear_to_srgb(np.linspace(0, 1, _STEPS, dtype=np.float32)) * np.float32(255) + np.float32(0.5)).astype(
+    np.int32)
