@@ -11,6 +11,13 @@ class GlimtError(Exception):
     """Something a user can mend: a file, a scene, an option. Its text is complete and needs no traceback."""
 
 
+class RenderCancelled(GlimtError):  # noqa: N818 - nothing went wrong
+    """A render was stopped by `Renderer.cancel`. A film it was given to write over is part old, part new."""
+
+    def __init__(self) -> None:
+        super().__init__("the render was cancelled")
+
+
 class GlimtWarning(UserWarning):
     """The picture can be made, but something in the input was dropped, replaced or ignored.
 

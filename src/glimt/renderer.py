@@ -85,6 +85,14 @@ class Renderer:
         return self._engine.render(view, (settings.width, settings.height), settings.samples, settings.max_bounces,
                                    progress, film)
 
+    def cancel(self) -> None:
+        """Stop the render that another thread is in: there it raises `RenderCancelled` within a few packets' time.
+
+        With no render running nothing happens, also not to the next one. What is only run on the way to the first
+        picture, compiling and `update`, is not stopped; rendering then stops when it begins.
+        """
+        self._engine.cancel()
+
     def _framed(self) -> Camera:
         """Return a camera that frames all objects as they were at the last update, for a scene that has none."""
         aspect = self.scene.settings.width / self.scene.settings.height

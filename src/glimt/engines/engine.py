@@ -40,7 +40,15 @@ class Engine(Protocol):
         progress : Progress, optional
         film : Film, optional
             One whose memory may be written over, if it has the right size: a new one costs page faults each frame.
+
+        Raises
+        ------
+        RenderCancelled
+            When another thread calls `cancel` meanwhile.
         """
+
+    def cancel(self) -> None:
+        """Stop what is being rendered, if anything is, within a few packets' time; from any thread."""
 
 
 def get_engine(name: str = "auto", threads: int | None = None) -> Engine:

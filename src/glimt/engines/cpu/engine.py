@@ -1,9 +1,12 @@
 """Tiles over threads."""
 
+import contextlib
 import logging
 import os
 import time
+from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +17,7 @@ from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT, refine_tiles
 from glimt.engines.cpu.kernels.tile import TILE
 from glimt.engines.cpu.warm_up import STAGE, compile_kernels
 from glimt.engines.engine import Progress, Samples
-from glimt.errors import GlimtError
+from glimt.errors import GlimtError, RenderCancelled
 from glimt.film import Counters, Film
 from glimt.kernel import is_ready
 from glimt.layout import CANCEL, COUNTER_STRIDE, NEXT_TILE, VIEW
@@ -43,6 +46,7 @@ class CpuEngine:
         self._pool = ThreadPoolExecutor(self.threads, "glimt")
         self._scene: PackedScene | None = None
         self._light_count = 0
+        self._running: dict[int, NDArray[np.int64]] = {}
 
     def prepare(self, progress: Progress | None = None) -> None:
         """Compile the kernels if this machine has not done so yet; say so, since it takes a while."""
@@ -59,45 +63,71 @@ class CpuEngine:
     def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: Samples, max_bounces: int,
                progress: Progress | None = None, film: Film | None = None) -> Film:
         """Render the uploaded scene (see `Engine.render`); Ctrl-C stops within a few packets' time."""
-        if self._scene is None:
-            raise GlimtError("no scene was uploaded to the engine")
-        width, height = size
         start = time.perf_counter()
-        shape = (height, width, 4)
+        shape = (size[1], size[0], 4)
         sums = film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)
-        counters = np.zeros((min(self.threads, _tile_count(sums)), int(COUNTER_STRIDE)), np.int64)
-        if progress:
-            progress("rendering", 0.0)
-        if samples == "adaptive":
-            first, first_view = np.empty(shape, np.float32), view.copy()
-            first_view[VIEW.spread] *= FIRST_FOOTPRINT
-            self._run(render_tiles, first_view, first, 1, max_bounces, counters, _part(progress, 0.0))
-            if progress and not is_ready(refine_tiles):
-                progress(STAGE, 0.5)
-            self._run(refine_tiles, view, sums, first, max_bounces, counters, _part(progress, 0.5))
-        else:
-            self._run(render_tiles, view, sums, samples, max_bounces, counters, progress)
+        counters = self._new_counters(sums)
+        uploaded = self._uploaded()
+        with self._begin() as control:
+            if progress:
+                progress("rendering", 0.0)
+            if samples == "adaptive":
+                first, first_view = np.empty(shape, np.float32), view.copy()
+                first_view[VIEW.spread] *= FIRST_FOOTPRINT
+                self._run(render_tiles, (*uploaded, first_view, first, 1, max_bounces), control, counters,
+                          _part(progress, 0.0))
+                if progress and not is_ready(refine_tiles):
+                    progress(STAGE, 0.5)
+                self._run(refine_tiles, (*uploaded, view, sums, first, max_bounces), control, counters,
+                          _part(progress, 0.5))
+            else:
+                self._run(render_tiles, (*uploaded, view, sums, samples, max_bounces), control, counters, progress)
         totals = counters[:, :len(Counters._fields)].sum(0).tolist()
         return Film(sums, Counters(*totals), time.perf_counter() - start)
 
-    def _run(self, kernel: Any, view: NDArray[np.float32], sums: NDArray[np.float32],
-             samples: int | NDArray[np.float32], max_bounces: int, counters: NDArray[np.int64],
-             progress: Progress | None) -> None:
-        """Let a kernel write all tiles of a film, with a job for each row of counters; `samples`: or first ones."""
+    def cancel(self) -> None:
+        """Stop what is being rendered (see `Engine.cancel`)."""
+        for control in tuple(self._running.values()):
+            control[CANCEL] = 1
+
+    def _uploaded(self) -> tuple[PackedScene, int]:
+        """Return the scene and how many lights it has."""
+        if self._scene is None:
+            raise GlimtError("no scene was uploaded to the engine")
+        return self._scene, self._light_count
+
+    def _new_counters(self, picture: NDArray[np.float32]) -> NDArray[np.int64]:
+        """Return a row of counters for each thread that has something to do."""
+        return np.zeros((min(self.threads, _tile_count(picture)), int(COUNTER_STRIDE)), np.int64)
+
+    @contextlib.contextmanager
+    def _begin(self) -> Iterator[NDArray[np.int64]]:
+        """Give what the threads of one render share, where `cancel` finds it as long as the render lasts."""
         control = np.zeros(16, np.int64)
+        self._running[id(control)] = control
+        try:
+            yield control
+        finally:
+            del self._running[id(control)]
+
+    def _run(self, kernel: Any, given: tuple[Any, ...], control: NDArray[np.int64], counters: NDArray[np.int64],
+             progress: Progress | None = None) -> None:
+        """Let a kernel write all tiles of the picture `given[3]`, with a job for each row of counters."""
+        control[NEXT_TILE], tiles = 0, _tile_count(given[3])
         jobs: list[Future[Any]] = []
         try:  # awake for Ctrl-C; whatever happens, no job outlives this call
             for own in counters:
-                jobs.append(self._pool.submit(kernel, self._scene, self._light_count, view, sums, samples,
-                                              max_bounces, control, own, _NO_RAYS))
+                jobs.append(self._pool.submit(partial(kernel, *given, control, own, _NO_RAYS)))
             for job in jobs:
                 while not _ends(job):
                     if progress:
-                        progress("rendering", min(1.0, control[NEXT_TILE] / _tile_count(sums)))
+                        progress("rendering", min(1.0, control[NEXT_TILE] / tiles))
         except BaseException:
             control[CANCEL] = 1
             wait(jobs)
             raise
+        if control[CANCEL]:
+            raise RenderCancelled
 
 
 def _tile_count(sums: NDArray[np.float32]) -> int:
