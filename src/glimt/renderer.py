@@ -9,12 +9,15 @@ from numpy.typing import NDArray
 from glimt import bvh
 from glimt.engines import Progress, get_engine
 from glimt.film import Film
+from glimt.layout import MISS, VIEW
 from glimt.packed import Packer, light_rows, pack_light_rows, pack_view
 from glimt.packed.frame import LightRow
 from glimt.packed.meshes import mesh_tree
+from glimt.pick import Pick, pick_from
 from glimt.scene import checks
 from glimt.scene.camera import Camera
 from glimt.scene.scene import Samples, Scene
+from glimt.scene.sphere import Sphere
 
 
 @dataclass(frozen=True)
@@ -69,21 +72,51 @@ class Renderer:
         if progress:
             progress("building trees", 0.0)
         self._packed = self._packer.pack(self.scene)
+        self._objects = list(self.scene.objects)
         self._light_rows: list[LightRow] | None = None
         self._framing: tuple[float, Camera] | None = None
 
     def render(self, time: float = 0.0, progress: Progress | None = None, film: Film | None = None) -> Film:
         """Render the scene with lights as they stand at `time` seconds; `film` is one that may be written over."""
-        scene, settings = self.scene, self.scene.settings
-        time = checks.number("render", "time", time, -1e12, 1e12)
+        settings = self.scene.settings
+        return self._engine.render(self._at(time), (settings.width, settings.height), settings.samples,
+                                   settings.max_bounces, progress, film)
+
+    def pick(self, x: float, y: float, time: float = 0.0) -> Pick | None:
+        """Return what is seen at a point of the picture, or None where that is the background.
+
+        Parameters
+        ----------
+        x, y : float
+            In pixels from the top left corner of a picture of the settings' size; the centre of the first is (0.5,
+            0.5). The plane of the picture goes on beyond its edges.
+        time : float
+            Seconds, as for `render`.
+        """
+        x, y = (checks.number("pick", axis, value, -1e6, 1e6) for axis, value in (("x", x), ("y", y)))
+        settings, words = self.scene.settings, self._at(time).astype(np.float64)
+        origin, right, up, look = (words[at:at + 3] for at in (VIEW.origin, VIEW.right, VIEW.up, VIEW.look))
+        direction = look + (2 * x / settings.width - 1) * right + (1 - 2 * y / settings.height) * up
+        hits = self._engine.find_hits(np.array([*origin, *direction, np.inf], np.float32)[:, None])
+        if hits.inst[0] == MISS:
+            return None
+        index = self._placed()[hits.inst[0]]
+        return pick_from(self._objects[index], index, int(hits.prim[0]), float(hits.u[0]), float(hits.v[0]), origin,
+                         origin + float(hits.t[0]) * direction)
+
+    def _at(self, time: float) -> NDArray[np.float32]:
+        """Have the engine know the scene as it stands at `time` seconds; return the VIEW record."""
+        scene, time = self.scene, checks.number("render", "time", time, -1e12, 1e12)
         rows = light_rows(scene.lights, time)
         if rows != self._light_rows:
             self._packed = self._packed._replace(lights=pack_light_rows(rows))
             self._engine.upload(self._packed, len(rows))
             self._light_rows = rows
-        view = pack_view(scene.camera or self._framed(), settings, scene.lights)
-        return self._engine.render(view, (settings.width, settings.height), settings.samples, settings.max_bounces,
-                                   progress, film)
+        return pack_view(scene.camera or self._framed(), scene.settings, scene.lights)
+
+    def _placed(self) -> list[int]:
+        """Return the places of the packed instances in the scene's objects: meshes without triangles are left out."""
+        return [k for k, thing in enumerate(self._objects) if isinstance(thing, Sphere) or len(thing.mesh.triangles)]
 
     def cancel(self) -> None:
         """Stop the render that another thread is in: there it raises `RenderCancelled` within a few packets' time.

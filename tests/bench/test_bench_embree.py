@@ -9,7 +9,7 @@ import closed_meshes
 from glimt import Instance, Mesh, Scene, Sphere, linalg
 from glimt.bench.embree import EmbreeScene
 from glimt.bench.embree_rays import Tracers
-from glimt.bench.glimt_rays import closest_hits
+from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.packed import pack
 
 COUNT = 4001

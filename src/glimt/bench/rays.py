@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from glimt import linalg
 from glimt.bench.embree import EmbreeScene
 from glimt.bench.embree_rays import Configuration, Tracers
-from glimt.bench.glimt_rays import closest_hits
 from glimt.bench.measure import Tell, interleave, machine, median, over_threads
+from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.engines.cpu.kernels.query import find_blocked, find_hits
 from glimt.packed import PackedScene, pack
 from glimt.scene.camera import Camera

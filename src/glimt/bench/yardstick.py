@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from glimt.bench.embree import EmbreeScene
 from glimt.bench.embree_rays import Configuration, Tracers
-from glimt.bench.glimt_rays import closest_hits
 from glimt.bench.measure import interleave
+from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.engines.cpu.record import record_rays
 from glimt.errors import GlimtError
 from glimt.packed import pack, pack_view

@@ -1,7 +1,7 @@
 """What every engine can do, and how one is chosen."""
 
 from collections.abc import Callable
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,26 @@ from glimt.packed import PackedScene
 Progress = Callable[[str, float], None]
 """Is told what is being done, and how far it is, 0 to 1."""
 Samples = int | Literal["adaptive"]
+
+
+class Hits(NamedTuple):
+    """What n rays meet first.
+
+    t : (n,) float32
+        In lengths of the ray's direction; inf where it meets nothing.
+    u, v : (n,) float32
+        Barycentrics: the shares of a triangle's second and third corner; 0 on a sphere.
+    prim : (n,) int32
+        Triangle of the mesh; 0 on a sphere.
+    inst : (n,) int32
+        INSTANCE record; MISS (-1) where it meets nothing.
+    """
+
+    t: NDArray[np.float32]
+    u: NDArray[np.float32]
+    v: NDArray[np.float32]
+    prim: NDArray[np.int32]
+    inst: NDArray[np.int32]
 
 
 class Engine(Protocol):
@@ -46,6 +66,9 @@ class Engine(Protocol):
         RenderCancelled
             When another thread calls `cancel` meanwhile.
         """
+
+    def find_hits(self, rays: NDArray[np.float32]) -> Hits:
+        """Return what (7, n) rays meet first in the scene: origins, directions of any length, how far each looks."""
 
     def cancel(self) -> None:
         """Stop what is being rendered, if anything is, within a few packets' time; from any thread."""

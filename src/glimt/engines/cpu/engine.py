@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT, refine_tiles
 from glimt.engines.cpu.kernels.tile import TILE
 from glimt.engines.cpu.warm_up import STAGE, compile_kernels
-from glimt.engines.engine import Progress, Samples
+from glimt.engines.engine import Hits, Progress, Samples
 from glimt.errors import GlimtError, RenderCancelled
 from glimt.film import Counters, Film
 from glimt.kernel import is_ready
@@ -84,6 +85,11 @@ class CpuEngine:
                 self._run(render_tiles, (*uploaded, view, sums, samples, max_bounces), control, counters, progress)
         totals = counters[:, :len(Counters._fields)].sum(0).tolist()
         return Film(sums, Counters(*totals), time.perf_counter() - start)
+
+    def find_hits(self, rays: NDArray[np.float32]) -> Hits:
+        """Return what rays meet first (see `Engine.find_hits`), by the calling thread: also beside a render."""
+        floats, ids = closest_hits(self._uploaded()[0], np.ascontiguousarray(rays, np.float32))
+        return Hits(*floats, *ids)
 
     def cancel(self) -> None:
         """Stop what is being rendered (see `Engine.cancel`)."""
