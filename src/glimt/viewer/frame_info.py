@@ -1,0 +1,49 @@
+"""What the viewer knows of a frame, for showing it."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class FrameInfo:
+    """A frame and the state of the viewer beside it.
+
+    Attributes
+    ----------
+    frame_seconds, p50, p95 : float
+        Time of the last frame, and percentiles of the recent ones; 0 when there is none.
+    rays : int
+        Of the last frame.
+    width, height, shown_width, shown_height : int
+        Pixels that were rendered, and those of the canvas they are shown on.
+    max_bounces, lights, triangles : int
+    samples : int or "adaptive"
+        Per pixel.
+    mode : str
+        How the camera moves: "fly" or "orbit".
+    debug_view : str or None
+        What is shown in place of light, such as "normals".
+    paused : bool
+        Whether the scene's time stands still.
+    message, picked, error : str or None
+        A notice of the moment; what was picked, in lines; what is wrong with the scene file.
+    """
+
+    frame_seconds: float
+    p50: float
+    p95: float
+    rays: int
+    width: int
+    height: int
+    shown_width: int
+    shown_height: int
+    max_bounces: int
+    lights: int
+    samples: int | Literal["adaptive"]
+    triangles: int
+    mode: str
+    debug_view: str | None = None
+    paused: bool = False
+    message: str | None = None
+    error: str | None = None
+    picked: str | None = None
