@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from glimt.viewer.frame_graph import BUDGET, axis_top, budget_color, draw_bars, line_row
 from glimt.viewer.frame_info import FrameInfo
+from glimt.viewer.glyph import line_height
 from glimt.viewer.panel import BRIGHT, DIM, Panel
-from glimt.viewer.text import LEGIBLE, line_height, shorten, text_width
+from glimt.viewer.text import LEGIBLE, shorten, text_width
 
 Row = tuple[tuple[str, str], ...]
 """One or two pairs of a label and a value."""

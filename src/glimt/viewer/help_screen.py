@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from glimt.viewer.glyph import line_height
 from glimt.viewer.panel import ACCENT, BRIGHT, DIM, Color, Panel
-from glimt.viewer.text import LEGIBLE, line_height, text_width, wrap
+from glimt.viewer.text import LEGIBLE, text_width, wrap
 
 Table = Sequence[tuple[str, str, str]]
 """Rows of group, keys and help; a group's rows follow each other."""
@@ -64,8 +65,8 @@ def help_panel(layout: HelpLayout) -> Panel:
 
 def _try(table: Table, columns: int, size: int, room: tuple[int, int]) -> HelpLayout | None:
     """Return the layout with so many columns, as high as it gets; None where they are too narrow."""
-    padding = round(1.4 * size)
-    gap = 2 * padding
+    padding = round(1.3 * size)
+    gap = round(2.2 * size)
     title = round(1.5 * size)
     keys_width = max((text_width(keys, size) for _, keys, _ in table), default=0) + size
     help_width = max((text_width(text, size) for _, _, text in table), default=0)
@@ -92,14 +93,14 @@ def _try(table: Table, columns: int, size: int, room: tuple[int, int]) -> HelpLa
 
 def _group(rows: Table, size: int, keys_width: int, help_width: int) -> tuple[list[PlacedText], int]:
     """Return the lines of a group, placed from its own corner, and its height with the gap below."""
-    line = line_height(size) + round(0.2 * size)
+    line, between = line_height(size), round(0.2 * size)
     texts = [PlacedText(rows[0][0], 0, 0, size, ACCENT)]
-    y = line + round(0.15 * size)
+    y = line + round(0.35 * size)
     for _, keys, text in rows:
         texts.append(PlacedText(keys, 0, y, size, BRIGHT))
         wrapped = wrap(text, size, help_width, 4)
         texts += [PlacedText(part, keys_width, y + place * line, size, DIM) for place, part in enumerate(wrapped)]
-        y += max(len(wrapped), 1) * line
+        y += max(len(wrapped), 1) * line + between
     return texts, y + round(0.7 * size)
 
 

@@ -10,9 +10,10 @@ from glimt.errors import GlimtError
 from glimt.viewer.frame_info import FrameInfo
 from glimt.viewer.frame_panel import FramePanel, frame_panel
 from glimt.viewer.frame_times import FrameTimes
+from glimt.viewer.glyph import line_height
 from glimt.viewer.help_screen import Table, help_layout, help_panel
 from glimt.viewer.panel import BRIGHT, DARK, OPACITY, RED, Color, Panel
-from glimt.viewer.text import LEGIBLE, line_height, text_width, wrap
+from glimt.viewer.text import LEGIBLE, text_width, wrap
 
 __all__ = ["FrameInfo", "Overlay", "text_size"]
 

@@ -83,7 +83,7 @@ def _opaque(color: Color) -> NDArray[np.float32]:
 def _empty(width: int, height: int, radius: float, color: Color,
            opacity: float) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
     """Return what an empty panel keeps and adds, (h, w, 4) each: the same ones are asked for again and again."""
-    radius = min(radius, width / 2, height / 2)
+    radius = max(min(radius, width / 2, height / 2), 0.5)
     x = np.maximum(np.abs(np.arange(width) + 0.5 - width / 2) - (width / 2 - radius), 0)
     y = np.maximum(np.abs(np.arange(height) + 0.5 - height / 2) - (height / 2 - radius), 0)
     coverage = np.clip(radius + 0.5 - np.hypot(x, y[:, None]), 0, 1).astype(np.float32)
