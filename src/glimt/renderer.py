@@ -63,6 +63,11 @@ class Renderer:
         self._packer = Packer(self._engine.threads)
         self.update(progress)
 
+    @property
+    def threads(self) -> int:
+        """How many threads the engine uses on this machine."""
+        return self._engine.threads
+
     def update(self, progress: Progress | None = None) -> None:
         """Take over changed objects and materials.
 

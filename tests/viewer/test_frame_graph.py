@@ -5,15 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from glimt.viewer.frame_graph import BUDGET, COLORS, axis_top, bar_rows, budget_color, draw_bars, line_row
+from glimt.viewer.overlay.frame_graph import COLORS, axis_top, bar_rows, budget_color, draw_bars, line_row
 
+BUDGET = 1 / 60
 times_of = st.lists(st.floats(0, 100), max_size=240).map(np.array)
 
 
 def _bars(times, top, rows=60, columns=200, thickness=1):
     """Return what was drawn, without its lines: the colour's number + 1 of each pixel, or 0."""
     area = np.zeros((rows, columns, 4), np.uint8)
-    draw_bars(area, times, top, thickness)
+    draw_bars(area, times, top, BUDGET, thickness)
     found = np.zeros((rows, columns), int)
     for number, color in enumerate(COLORS):
         found[(area == (*color, 255)).all(-1)] = number + 1
@@ -46,12 +47,12 @@ def test_only_as_many_bars_as_there_are_columns_the_newest_on_the_right():
 
 
 def test_no_times_are_no_bars():
-    assert (_bars(np.zeros(0), axis_top(np.zeros(0))) <= 0).all()
+    assert (_bars(np.zeros(0), axis_top(np.zeros(0), BUDGET)) <= 0).all()
 
 
 @given(times_of)
 def test_the_axis_is_round_and_holds_nearly_all_frames(times):
-    top = axis_top(times)
+    top = axis_top(times, BUDGET)
     assert top >= 1.1 * BUDGET
     digits = f"{top:.6e}".split("e")[0]
     assert float(digits) in (1, 2, 5, 2.5)
@@ -61,5 +62,5 @@ def test_the_axis_is_round_and_holds_nearly_all_frames(times):
 
 
 def test_a_display_that_keeps_to_its_clock_is_in_time():
-    assert [budget_color(seconds) for seconds in (0, BUDGET * 1.03, BUDGET * 2.05, BUDGET * 2.2)] == [
+    assert [budget_color(seconds, BUDGET) for seconds in (0, BUDGET * 1.03, BUDGET * 2.05, BUDGET * 2.2)] == [
         COLORS[0], COLORS[0], COLORS[1], COLORS[2]]

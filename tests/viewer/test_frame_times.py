@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from glimt.viewer.frame_times import FrameTimes
+from glimt.viewer.overlay.frame_times import FrameTimes
 
 seconds = st.lists(st.floats(0, 5), max_size=60)
 

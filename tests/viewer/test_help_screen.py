@@ -2,10 +2,10 @@
 
 import pytest
 
-from glimt.viewer.glyph import line_height
-from glimt.viewer.help_screen import help_layout, help_panel
-from glimt.viewer.panel import DIM
-from glimt.viewer.text import LEGIBLE, text_width
+from glimt.viewer.overlay.glyph import line_height
+from glimt.viewer.overlay.help_screen import help_layout, help_panel
+from glimt.viewer.overlay.panel import DIM
+from glimt.viewer.overlay.text import LEGIBLE, text_width
 
 TABLE = tuple((group, f"Key {group[0]}{number}", f"what key {number} of {group} does to it")
               for group, count in (("Move", 7), ("Light", 4), ("Picture", 8), ("Scene", 3)) for number in range(count))

@@ -7,10 +7,10 @@ import pytest
 
 from glimt.color import srgb_to_linear
 from glimt.errors import GlimtError
-from glimt.viewer import frame_panel, panel
-from glimt.viewer.frame_times import FrameTimes
-from glimt.viewer.overlay import REFRESH_SECONDS, FrameInfo, Overlay, text_size
-from glimt.viewer.text import text_mask
+from glimt.viewer.overlay import frame_panel, panel
+from glimt.viewer.overlay.frame_times import FrameTimes
+from glimt.viewer.overlay.overlay import REFRESH_SECONDS, FrameInfo, Overlay, text_size
+from glimt.viewer.overlay.text import text_mask
 
 INFO = FrameInfo(0.0123, 0.0125, 0.0171, 1_500_000, 640, 360, 1280, 720, 2, 3, "adaptive", 144046, "fly")
 NOTICES = {"message": "light added: 3", "error": "room.toml:4: light 2 has no position; give it one",
@@ -86,7 +86,7 @@ def test_the_graph_shows_each_frame_although_numbers_wait():
 
 def test_numbers_are_written_when_due_and_changes_at_once(monkeypatch):
     written = []
-    monkeypatch.setattr("glimt.viewer.overlay.frame_panel",
+    monkeypatch.setattr("glimt.viewer.overlay.overlay.frame_panel",
                         lambda info, *rest: written.append(info) or frame_panel.frame_panel(info, *rest))
     now = [5.0]
     overlay, times, picture = Overlay(clock=lambda: now[0]), _times(), _picture()

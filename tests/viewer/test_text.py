@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import ImageFont
 
-from glimt.viewer import glyph
-from glimt.viewer.glyph import glyph_of, line_height
-from glimt.viewer.text import LONGEST, shorten, text_mask, text_width, wrap
+from glimt.viewer.overlay import glyph
+from glimt.viewer.overlay.glyph import glyph_of, line_height
+from glimt.viewer.overlay.text import LONGEST, shorten, text_mask, text_width, wrap
 
 SIZES = (9, 11, 13, 15, 20, 26, 40)
 CACHES = (text_mask, glyph_of, glyph._font, glyph._metrics)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
 from glimt.errors import GlimtError
+from glimt.io.files_read import note_read
 from glimt.scene.texture import Encoding, Texture, Wrap
 
 READABLE = ("PNG", "JPEG", "BMP", "GIF", "TGA")  # TGA has no signature and comes last
@@ -112,6 +113,7 @@ def save_image(path: str | os.PathLike[str], image: NDArray[np.uint8]) -> None:
 
 def _decode(path: Path, allowance: int) -> NDArray[np.uint8]:
     """Return the (h, w, 3) pixels of a file whose image has at most `allowance` of them."""
+    note_read(path)
     if not os.path.isfile(path):
         reason = ("is a folder" if os.path.isdir(path) else "is not a regular file" if os.path.exists(path)
                   else "no such file")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from glimt.errors import GlimtError, WarningCounter
 from glimt.io import obj_parser
+from glimt.io.files_read import note_read
 from glimt.scene import checks
 
 LARGEST_FILE = 4 * 2**30
@@ -63,6 +64,7 @@ class ObjText(NamedTuple):
 
 def read_bytes(path: Path) -> NDArray[np.uint8]:
     """Return the bytes of a regular file of at most 4 GiB, or raise a `GlimtError` that says why not."""
+    note_read(path)
     try:
         status = os.stat(path)
         if stat.S_ISDIR(status.st_mode):

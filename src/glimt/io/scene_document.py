@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from glimt.errors import GlimtError
+from glimt.io.files_read import note_read
 from glimt.io.scene_schema import SceneTable, nearest
 from glimt.io.toml_lines import Place, find_line
 
@@ -111,6 +112,7 @@ class SceneDocument:
 
 
 def _read_text(path: Path) -> str:
+    note_read(path)
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise GlimtError(f"{path}: larger than {LARGEST_FILE >> 20} MiB; put meshes into OBJ files")

@@ -55,6 +55,15 @@ def read_scene(path: Path) -> Scene:
     return scene
 
 
+def read_view(path: Path, warnings: WarningCounter) -> Scene:
+    """Return a scene with the settings, camera and lights of a view file, and without objects."""
+    document = SceneDocument(path)
+    for name in ("material", "mesh", "instance", "sphere"):
+        if getattr(document.tables, name):
+            raise document.error("has no place in a view file: it shows another file's scene", name, 0)
+    return _SceneReader(document, warnings).scene()
+
+
 class _SceneReader:
     """Builds the scene of one document; each file it refers to is read once."""
 

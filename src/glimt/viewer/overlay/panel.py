@@ -5,7 +5,7 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt.viewer.text import text_mask, text_width
+from glimt.viewer.overlay.text import text_mask, text_width
 
 Color = tuple[int, int, int]
 

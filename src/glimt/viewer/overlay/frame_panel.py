@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt.viewer.frame_graph import BUDGET, axis_top, budget_color, draw_bars, line_row
-from glimt.viewer.frame_info import FrameInfo
-from glimt.viewer.glyph import line_height
-from glimt.viewer.panel import BRIGHT, DIM, Panel
-from glimt.viewer.text import LEGIBLE, shorten, text_width
+from glimt.viewer.overlay.frame_graph import axis_top, budget_color, draw_bars, line_row
+from glimt.viewer.overlay.frame_info import FrameInfo
+from glimt.viewer.overlay.glyph import line_height
+from glimt.viewer.overlay.panel import BRIGHT, DIM, Panel
+from glimt.viewer.overlay.text import LEGIBLE, shorten, text_width
 
 Row = tuple[tuple[str, str], ...]
 """One or two pairs of a label and a value."""
@@ -25,6 +25,7 @@ class Graph:
     width: int
     height: int
     top: float
+    budget: float
     thickness: int
 
 
@@ -41,7 +42,7 @@ class FramePanel:
         if self.graph is not None:
             left, top = x + self.graph.x, y + self.graph.y
             area = picture[top:top + self.graph.height, left:left + self.graph.width]
-            draw_bars(area, times, self.graph.top, self.graph.thickness)
+            draw_bars(area, times, self.graph.top, self.graph.budget, self.graph.thickness)
 
 
 def milliseconds(seconds: float) -> str:
@@ -103,14 +104,15 @@ def frame_panel(info: FrameInfo, times: NDArray[np.float64], size: int, room: tu
     panel = Panel(width, height, 0.6 * size)
     time_end = padding + max(text_width(_USUAL_TIME, large), text_width(time, large))
     panel.write(time, time_end, padding - round(0.2 * size), large, align=1)
-    panel.write(rate, width - padding, padding - round(0.2 * size), large, budget_color(info.p50), align=1)
+    panel.write(rate, width - padding, padding - round(0.2 * size), large, budget_color(info.p50, info.budget), align=1)
     for place, row in enumerate(rows):
         _write_row(panel, row, padding, graph_top - round(0.5 * padding) - (len(rows) - place) * row_height, size)
     graph = None
     if with_graph:
         thickness = max(round(size / 13), 1)
         columns = width - 2 * padding - text_width("0000", max(round(0.85 * size), LEGIBLE))
-        graph = Graph(padding, graph_top, columns - columns % thickness, graph_height, axis_top(times), thickness)
+        graph = Graph(padding, graph_top, columns - columns % thickness, graph_height, axis_top(times, info.budget),
+                      info.budget, thickness)
         _draw_axis(panel, graph, size)
     return FramePanel(panel, graph)
 
@@ -143,7 +145,7 @@ def _draw_axis(panel: Panel, graph: Graph, size: int) -> None:
     panel.fill(graph.x, graph.y, graph.width, graph.height, (0, 0, 0), 0.35)
     free, small = 0, max(round(0.85 * size), LEGIBLE)
     marks = [(line_row(seconds, graph.top, graph.height), f"{1000 * seconds:.0f}")
-             for seconds in (graph.top, 2 * BUDGET, BUDGET) if seconds <= graph.top]
+             for seconds in (graph.top, 2 * graph.budget, graph.budget) if seconds <= graph.top]
     for row, label in (*marks, (graph.height, "ms")):
         y = min(max(row - line_height(small) // 2, 0), graph.height - line_height(small) + small // 5)
         if y >= free:

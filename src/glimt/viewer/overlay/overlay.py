@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.errors import GlimtError
-from glimt.viewer.frame_info import FrameInfo
-from glimt.viewer.frame_panel import FramePanel, frame_panel
-from glimt.viewer.frame_times import FrameTimes
-from glimt.viewer.glyph import line_height
-from glimt.viewer.help_screen import Table, help_layout, help_panel
-from glimt.viewer.panel import BRIGHT, DARK, OPACITY, RED, Color, Panel
-from glimt.viewer.text import LEGIBLE, text_width, wrap
+from glimt.viewer.overlay.frame_info import FrameInfo
+from glimt.viewer.overlay.frame_panel import FramePanel, frame_panel
+from glimt.viewer.overlay.frame_times import FrameTimes
+from glimt.viewer.overlay.glyph import line_height
+from glimt.viewer.overlay.help_screen import Table, help_layout, help_panel
+from glimt.viewer.overlay.panel import BRIGHT, DARK, OPACITY, RED, Color, Panel
+from glimt.viewer.overlay.text import LEGIBLE, text_width, wrap
 
 __all__ = ["FrameInfo", "Overlay", "text_size"]
 

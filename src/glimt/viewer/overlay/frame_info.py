@@ -19,6 +19,8 @@ class FrameInfo:
     max_bounces, lights, triangles : int
     samples : int or "adaptive"
         Per pixel.
+    budget : float
+        Seconds that a frame may take.
     mode : str
         How the camera moves: "fly" or "orbit".
     debug_view : str or None
@@ -42,6 +44,7 @@ class FrameInfo:
     samples: int | Literal["adaptive"]
     triangles: int
     mode: str
+    budget: float = 1 / 30
     debug_view: str | None = None
     paused: bool = False
     message: str | None = None

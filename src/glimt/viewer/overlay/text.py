@@ -5,7 +5,7 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt.viewer.glyph import glyph_of, line_height
+from glimt.viewer.overlay.glyph import glyph_of, line_height
 
 LONGEST = 400
 """Characters of a line; what goes beyond is cut off."""

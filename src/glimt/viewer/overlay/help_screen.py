@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from glimt.viewer.glyph import line_height
-from glimt.viewer.panel import ACCENT, BRIGHT, DIM, Color, Panel
-from glimt.viewer.text import LEGIBLE, text_width, wrap
+from glimt.viewer.overlay.glyph import line_height
+from glimt.viewer.overlay.panel import ACCENT, BRIGHT, DIM, Color, Panel
+from glimt.viewer.overlay.text import LEGIBLE, text_width, wrap
 
 Table = Sequence[tuple[str, str, str]]
 """Rows of group, keys and help; a group's rows follow each other."""

@@ -1,0 +1,37 @@
+"""A viewer on a canvas: the one place where rendercanvas, the viewer and its thread meet."""
+
+from typing import Any
+
+from glimt.viewer.render_thread import RenderThread
+from glimt.viewer.viewer import Viewer
+
+EVENTS = ("key_down", "key_up", "pointer_down", "pointer_move", "pointer_up", "double_click", "wheel", "resize")
+
+
+def connect(canvas: Any, viewer: Viewer) -> RenderThread:
+    """Show a viewer on a canvas of rendercanvas that takes bitmaps; the thread ends when the canvas is closed.
+
+    Events are handed to the thread, pictures are taken from it: the canvas' own thread does nothing that lasts. If
+    the thread ends by an error, the canvas is closed; the error is in `RenderThread.error`.
+    """
+    context = canvas.get_bitmap_context()
+    # A draw that is asked for is a flag, which the canvas' scheduler looks at: any thread may set it.
+    thread = RenderThread(viewer, canvas.request_draw)
+
+    def draw() -> None:
+        if not thread.running:
+            canvas.close()
+            return
+        picture = thread.take()
+        if picture is not None:
+            context.set_bitmap(picture)
+
+    def close(event: dict[str, Any]) -> None:
+        del event
+        thread.stop()
+
+    canvas.add_event_handler(thread.post, *EVENTS)
+    canvas.add_event_handler(close, "close")
+    canvas.request_draw(draw)
+    thread.start()
+    return thread

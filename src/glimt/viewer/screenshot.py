@@ -1,0 +1,47 @@
+"""Pictures of what is seen, at full quality, with the view that made them beside."""
+
+import datetime
+import io
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PIL import Image
+
+from glimt.errors import GlimtError
+from glimt.io.view_file import view_text
+
+if TYPE_CHECKING:
+    from glimt.viewer.viewer import Viewer
+
+
+def save_screenshot(viewer: "Viewer") -> None:
+    """Render the view at 4×4 samples a pixel and keep picture and view file; the next frame waits for it."""
+    viewer.say("rendering a picture")
+    viewer.jobs.append(lambda: _save(viewer))
+
+
+def _save(viewer: "Viewer") -> None:
+    now = datetime.datetime.now()
+    name = f"{viewer.scene.name}-{now:%Y%m%d-%H%M%S}-{now.microsecond // 1000:03}"
+    image = Image.fromarray(viewer.finest()[..., :3])
+    png = io.BytesIO()
+    image.save(png, "PNG", compress_level=2)
+    note = (f"What {name}.png shows: `glimt render SCENE --view {name}.toml --output again.png`\n"
+            f"makes the same picture of {viewer.scene.name} again.")
+    scene = replace(viewer.scene, settings=replace(viewer.scene.settings, samples=viewer.film_samples))
+    view = view_text(scene, viewer.time, note)
+    try:
+        where = viewer.keep(f"{name}.png", png.getvalue())
+        viewer.keep(f"{name}.toml", view.encode())
+        viewer.say(f"saved {where}")
+    except (OSError, GlimtError) as error:
+        viewer.say(f"not saved: {error}")
+
+
+def keep_in(folder: Path, name: str, data: bytes) -> str:
+    """Write a file that is not there yet; return its path."""
+    path = folder / name
+    with open(path, "xb") as file:
+        file.write(data)
+    return str(path)
