@@ -13,9 +13,11 @@ import numpy as np
 from numba.core.registry import cpu_target
 
 from glimt.bvh import subtrees
+from glimt.engines.cpu.kernels.debug import debug_tiles
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.radiance import RADIANCE
 from glimt.engines.cpu.kernels.traverse import TRACE
+from glimt.engines.cpu.kernels.visits import count_visits
 from glimt.kernel import _PartLibrary
 from glimt.layout import VIEW
 from glimt.packed import PackedScene
@@ -70,9 +72,13 @@ def main(folder):
     words, rows, ints, longs = (np.zeros(64, np.float32), np.zeros((2, 3), np.float32), np.zeros(64, np.int32),
                                 np.zeros(64, np.int64))
     tasks = longs[:subtrees.TASK_WORDS].reshape(1, -1)
+    picture = (PackedScene(*[words] * len(PackedScene._fields)), 0, words[:VIEW.words].copy(),
+               np.zeros((1, 1, 4), np.float32))
+    shared_by_tiles = longs, longs, np.zeros((3, 7, 0), np.float32)
     arguments = {
-        render_tiles: (PackedScene(*[words] * len(PackedScene._fields)), 0, words[:VIEW.words].copy(),
-                       np.zeros((1, 1, 4), np.float32), 1, 0, longs, longs, np.zeros((3, 7, 0), np.float32)),
+        render_tiles: (*picture, 1, 0, *shared_by_tiles),
+        debug_tiles: (*picture, 0, rows, *shared_by_tiles),
+        count_visits: (*picture, *shared_by_tiles),
         subtrees.prepare_boxes: (rows, rows, words, words, longs),
         subtrees.build_subtrees: (words, words, words, ints, ints, 4, tasks, 0, longs),
         subtrees.lay_out: (tasks, words, words, ints, ints, words, ints.reshape(-1, 4), longs),

@@ -10,6 +10,7 @@ import oracle
 import strategies
 import tracing
 from glimt import load
+from glimt.debug_view import DEBUG_VIEWS
 from glimt.lanes import LANES
 from glimt.packed import pack
 from glimt.renderer import Renderer
@@ -37,8 +38,10 @@ def main(path):
 
     room = load(Path(__file__).resolve().parents[1] / "examples" / "stone_room.toml")
     room.settings = replace(room.settings, width=97, height=61, samples=2, max_bounces=3)
-    film = Renderer(room).render()
-    np.savez(path, lanes=LANES, radiance=film.radiance, wrong_hits=wrong_hits, wrong_shadows=wrong_shadows)
+    renderer = Renderer(room)
+    debug = np.stack([renderer.render_debug(view).values for view in DEBUG_VIEWS])
+    np.savez(path, lanes=LANES, radiance=renderer.render().radiance, debug=debug, wrong_hits=wrong_hits,
+             wrong_shadows=wrong_shadows)
 
 
 if __name__ == "__main__":

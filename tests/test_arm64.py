@@ -12,7 +12,8 @@ import pytest
 
 from glimt import kernel
 
-KERNELS = ["render_tiles", "radiance_of_rays", "trace_rays", "prepare_boxes", "build_subtrees", "lay_out"]
+KERNELS = ["render_tiles", "radiance_of_rays", "trace_rays", "debug_tiles", "count_visits", "prepare_boxes",
+           "build_subtrees", "lay_out"]
 SYMBOL = np.dtype([("name", "<u4"), ("info", "u1"), ("other", "u1"), ("section", "<u2"), ("value", "<u8"),
                    ("size", "<u8")])
 """An entry of the symbol table of a 64-bit ELF file."""
@@ -43,7 +44,8 @@ def test_a_kernel_needs_nothing_but_numba_and_python(folder, name):
     assert "llvm.x86" not in (folder / f"{name}.ll").read_text()
     needed = {symbol for symbol in undefined((folder / f"{name}.o").read_bytes())
               if not re.match("_?Py|NRT_|numba_", symbol)}
-    shared = {"render_tiles": {"glimt_radiance_of_rays_address"}, "radiance_of_rays": {"glimt_trace_rays_address"}}
+    shared = {"render_tiles": {"glimt_radiance_of_rays_address"}, "radiance_of_rays": {"glimt_trace_rays_address"},
+              "debug_tiles": {"glimt_radiance_of_rays_address", "glimt_trace_rays_address"}}
     assert needed - {"memset", "memcpy", "memmove"} == shared.get(name, set())
 
 

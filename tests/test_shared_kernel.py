@@ -4,6 +4,7 @@ import inspect
 
 import pytest
 
+from glimt.engines.cpu.kernels.debug import debug_tiles
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.query import find_blocked, find_hits
 from glimt.engines.cpu.kernels.radiance import RADIANCE
@@ -137,7 +138,7 @@ def shared_by(function):
 def test_every_kernel_makes_ready_what_it_calls():
     """Else it would call the address 0."""
     callers = {kernel: shared_by(kernel.py_func) for kernel in KERNELS}
-    assert callers[render_tiles] == callers[refine_tiles] == {TRACE, RADIANCE}
+    assert callers[render_tiles] == callers[refine_tiles] == callers[debug_tiles] == {TRACE, RADIANCE}
     assert callers[find_hits] == callers[find_blocked] == {TRACE}
     for kernel, called in callers.items():
         if called:

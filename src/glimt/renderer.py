@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt import bvh
+from glimt.debug_view import DEBUG_VIEWS, DebugFilm, DebugView, light_tints
 from glimt.engines import Progress, get_engine
+from glimt.errors import GlimtError
 from glimt.film import Film
 from glimt.layout import MISS, VIEW
 from glimt.packed import Packer, light_rows, pack_light_rows, pack_view
@@ -86,6 +88,28 @@ class Renderer:
         settings = self.scene.settings
         return self._engine.render(self._at(time), (settings.width, settings.height), settings.samples,
                                    settings.max_bounces, progress, film)
+
+    def render_debug(self, view: DebugView, time: float = 0.0, light: int | None = None) -> DebugFilm:
+        """Render numbers a pixel instead of radiance, one ray each; `DebugFilm.image` shows them.
+
+        Parameters
+        ----------
+        view : "normals", "depth", "barycentrics", "instances", "nodes" or "shadows"
+            See `DebugFilm`.
+        time : float
+            Seconds, as for `render`.
+        light : int, optional
+            The only light that "shadows" shows; None: all of them.
+        """
+        if view not in DEBUG_VIEWS:
+            raise GlimtError(f"there is no debug view {view!r}; expected one of {', '.join(DEBUG_VIEWS)}")
+        scene, settings = self.scene, self.scene.settings
+        tints = light_tints(len(scene.lights), light)
+        values = self._engine.render_debug(self._at(time), (settings.width, settings.height), view, tints)
+        if view == "instances" and len(self._placed()) < len(self._objects):
+            met, numbers = values[..., 3] > 0, values.view(np.int32)[..., 0]
+            numbers[met] = np.array(self._placed(), np.int32)[numbers[met]]
+        return DebugFilm(view, values)
 
     def pick(self, x: float, y: float, time: float = 0.0) -> Pick | None:
         """Return what is seen at a point of the picture, or None where that is the background.

@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from glimt.debug_view import DebugView
 from glimt.errors import GlimtError
 from glimt.film import Film
 from glimt.packed import PackedScene
@@ -60,6 +61,28 @@ class Engine(Protocol):
         progress : Progress, optional
         film : Film, optional
             One whose memory may be written over, if it has the right size: a new one costs page faults each frame.
+
+        Raises
+        ------
+        RenderCancelled
+            When another thread calls `cancel` meanwhile.
+        """
+
+    def render_debug(self, view: NDArray[np.float32], size: tuple[int, int], shows: DebugView,
+                     light_tints: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Render numbers a pixel instead of radiance.
+
+        Parameters
+        ----------
+        view : VIEW words
+        size : (width, height) in pixels
+        shows : DebugView
+        light_tints : (lights, 3) float32
+            What "shadows" adds up.
+
+        Returns
+        -------
+        (height, width, 4) float32: `DebugFilm.values`, of "instances" the numbers of INSTANCE records.
 
         Raises
         ------

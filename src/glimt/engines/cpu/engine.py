@@ -12,10 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from glimt.debug_view import DebugView
 from glimt.engines.cpu.closest_hits import closest_hits
+from glimt.engines.cpu.kernels.debug import BARYCENTRICS, DEPTH, INSTANCES, NORMALS, SHADOWS, debug_tiles
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT, refine_tiles
 from glimt.engines.cpu.kernels.tile import TILE
+from glimt.engines.cpu.kernels.visits import count_visits
 from glimt.engines.cpu.warm_up import STAGE, compile_kernels
 from glimt.engines.engine import Hits, Progress, Samples
 from glimt.errors import GlimtError, RenderCancelled
@@ -26,6 +29,7 @@ from glimt.packed import PackedScene
 
 _POLL_SECONDS = 0.1
 _MOST_THREADS = 1024
+_SHOWS = {"depth": DEPTH, "barycentrics": BARYCENTRICS, "instances": INSTANCES, "normals": NORMALS, "shadows": SHADOWS}
 _NO_RAYS = np.zeros((3, 7, 0), np.float32)
 
 
@@ -85,6 +89,18 @@ class CpuEngine:
                 self._run(render_tiles, (*uploaded, view, sums, samples, max_bounces), control, counters, progress)
         totals = counters[:, :len(Counters._fields)].sum(0).tolist()
         return Film(sums, Counters(*totals), time.perf_counter() - start)
+
+    def render_debug(self, view: NDArray[np.float32], size: tuple[int, int], shows: DebugView,
+                     light_tints: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Render numbers a pixel (see `Engine.render_debug`)."""
+        values = np.empty((size[1], size[0], 4), np.float32)
+        given, counters = (*self._uploaded(), view, values), self._new_counters(values)
+        with self._begin() as control:
+            if shows == "nodes":
+                self._run(count_visits, given, control, counters)
+            else:
+                self._run(debug_tiles, (*given, _SHOWS[shows], light_tints), control, counters)
+        return values
 
     def find_hits(self, rays: NDArray[np.float32]) -> Hits:
         """Return what rays meet first (see `Engine.find_hits`), by the calling thread: also beside a render."""

@@ -28,7 +28,7 @@ def terminator(ng, ns, wi):
 
 
 @inline
-def _shadow_rays(scene, block, packets, index):
+def put_shadow_rays(scene, block, packets, index):
     """Write what arrives from one light at the points of some packets, and shadow rays to where anything does.
 
     Return the packets with any: a surface that faces away from a light, or is outside of its cone, has none.
@@ -58,7 +58,7 @@ def _shadow_rays(scene, block, packets, index):
 def shade(scene, block, packets):
     """Add the light that the surface points of some packets send back along their rays, mirrors aside, to `lit`."""
     for index in range(scene.light_count):
-        todo = _shadow_rays(scene, block, packets, index)
+        todo = put_shadow_rays(scene, block, packets, index)
         if todo == 0:
             continue
         count_rays(scene, COUNT_SHADOW, block.shadow_rays, block.shadow_hits, todo)

@@ -99,7 +99,7 @@ def prefetch_subtree(scene, code):
 
 
 @inline
-def _push(nodes, code, rays, singles, hits, pending, top, slot):
+def push(nodes, code, rays, singles, hits, pending, top, slot):
     """Put the children of a node that a ray meets on its stack, the nearest on top; return the new top.
 
     All eight are sorted, by distance with the child's number in the lowest bits, and stored, whether the ray meets them
@@ -148,7 +148,7 @@ def walk_pending(scene, rays, hits, pending, lanes, occlusion, inst):
             turns &= turns - 1
             code, top = scalar_int(codes, slot), np.int64(scalar_int(tops, slot))
             if code >= 0:
-                top = _push(scene.blas_nodes, code, rays, singles, hits, pending, top, slot)
+                top = push(scene.blas_nodes, code, rays, singles, hits, pending, top, slot)
             else:
                 leaf(scene.blas_blocks, inst, ~code, rays, singles, hits, slot, occlusion)
             todo |= _next(scene, hits, pending, codes, tops, top, slot)  # what lies behind the hit is passed over

@@ -219,7 +219,7 @@ def _walk_mesh(scene, root, bundle, packets, lanes, span, inst, pending):
 
 
 @inline
-def _to_object(scene, record, bundle, packets):
+def to_object(scene, record, bundle, packets):
     """Write rays in an instance's object space to `local`; directions keep their length there, so t stays the same."""
     at = record + INSTANCE.world_to_object
     x, y, z = (scalar3(scene.instances, at), scalar3(scene.instances, at + 4), scalar3(scene.instances, at + 8))
@@ -289,7 +289,7 @@ def _instances(scene, code, bundle, lanes, pending):
             continue
         rays = bundle.rays
         if scalar_int(scene.instances, record + INSTANCE.identity) == 0:
-            _to_object(scene, record, bundle, packets_of(lanes))
+            to_object(scene, record, bundle, packets_of(lanes))
             rays = bundle.local
         local = Bundle(rays, rays, bundle.hits, bundle.shared_origin, bundle.occlusion)
         _mesh(scene, inst, record, local, lanes, pending)
