@@ -253,7 +253,9 @@ def test_saved_views(driver):
 
 def test_debug_views(driver):
     keys = {key.action: key.keys[0] for key in KEYS}
+    driver.viewer.overlay_level = 0
     driver.rest()
+    driver.run(3.0)
     shown = [driver.picture]
     for name in DEBUG_VIEWS:
         driver.press(keys[f"debug_{name}"])
@@ -267,6 +269,7 @@ def test_debug_views(driver):
     assert driver.viewer.debug_view == DEBUG_VIEWS[0]
     driver.press("F1")
     driver.rest()
+    driver.run(3.0)
     assert np.array_equal(driver.picture, shown[0])
 
 

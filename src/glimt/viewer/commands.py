@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from glimt import linalg
+from glimt.debug_view import DEBUG_VIEWS, DebugView
 from glimt.pick import Pick
 from glimt.scene.camera import Camera
 from glimt.scene.instance import Instance
@@ -21,7 +22,6 @@ from glimt.viewer.screenshot import save_screenshot
 if TYPE_CHECKING:
     from glimt.viewer.viewer import Viewer
 
-DEBUG_VIEWS = ("normals", "depth", "barycentrics", "instances", "nodes", "shadows")
 MOST_LIGHTS = 64
 MOST_BOUNCES = 64
 _SAMPLES: tuple[Samples, ...] = (1, 2, 3, "adaptive")
@@ -255,7 +255,7 @@ def toggle_fullscreen(viewer: "Viewer") -> None:
         viewer.host.set_fullscreen(viewer.fullscreen)
 
 
-def debug_view(viewer: "Viewer", name: str | None) -> None:
+def debug_view(viewer: "Viewer", name: DebugView | None) -> None:
     """Show numbers of the rays instead of light."""
     viewer.debug_view = name
     viewer.governor.forget()

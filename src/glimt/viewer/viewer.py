@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from glimt.debug_view import DebugView
 from glimt.engines import Progress
 from glimt.errors import GlimtError, RenderCancelled
 from glimt.film import Film
@@ -89,7 +90,7 @@ class Viewer:
         self.time_runs = True
         self.paused = False
         self.mouse_look = self.fullscreen = self.help_shown = self.saving_view = False
-        self.debug_view: str | None = None
+        self.debug_view: DebugView | None = None
         self.overlay_level = 1
         self.picked: Pick | None = None
         self.message: str | None = None
@@ -303,7 +304,7 @@ class Viewer:
         settings.samples = samples
         self.scene.camera = self.pose.camera()
         if self.debug_view:
-            self.presenter.show(self.renderer.render_debug(self.debug_view, self.time), self.size)
+            self.presenter.show(self.renderer.render_debug(self.debug_view, self.time).image(), self.size)
             self.film = Film(np.zeros((1, 1, 4), np.float32))
         else:
             film = self.renderer.render(self.time, progress, self._films.pop(size, None))
