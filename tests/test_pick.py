@@ -7,7 +7,20 @@ import pytest
 
 import oracle
 import strategies
-from glimt import Camera, GlimtError, Instance, Material, Mesh, Renderer, RenderSettings, Scene, Sphere, linalg
+from glimt import (
+    Camera,
+    GlimtError,
+    Instance,
+    Material,
+    Mesh,
+    Orbit,
+    PointLight,
+    Renderer,
+    RenderSettings,
+    Scene,
+    Sphere,
+    linalg,
+)
 
 RED, GREEN, BLUE = (Material(diffuse=color) for color in np.eye(3))
 SQUARE = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]], materials=[RED, GREEN],
@@ -97,8 +110,23 @@ def test_points_that_are_none_are_refused(bad):
         facing(SQUARE).pick(bad, 0)
 
 
+def test_picking_leaves_the_lights_of_a_render_alone():
+    """A pick at another time, between what a render prepares and what it draws."""
+    orbit = Orbit(center=(0, 0, 0), axis=(0, 1, 0), period=2)
+    renderer = facing(SQUARE, PointLight(position=(0, 0, 4), radius=9, motion=orbit))
+    dark, draw = renderer.render(1.0).sums, renderer._engine.render  # the light is behind the square
+
+    def pick_and_draw(*arguments):
+        assert renderer.pick(75, 37.5, 0.0).triangle == 0
+        return draw(*arguments)
+
+    renderer._engine.render = pick_and_draw
+    np.testing.assert_array_equal(renderer.render(1.0).sums, dark)
+    assert renderer.render(0.0).sums[..., 0].max() > dark[..., 0].max()
+
+
 def test_picking_beside_a_render():
-    """By another engine's thread: the render takes as long as the picks do."""
+    """From two threads: neither waits for the other, and the pictures stay what they are."""
     renderer = facing(SQUARE, Sphere((-0.5, -0.5, 0), 0.25))
     expected, done, films = renderer.render().sums, threading.Event(), []
 

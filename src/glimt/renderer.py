@@ -86,7 +86,8 @@ class Renderer:
     def render(self, time: float = 0.0, progress: Progress | None = None, film: Film | None = None) -> Film:
         """Render the scene with lights as they stand at `time` seconds; `film` is one that may be written over."""
         settings = self.scene.settings
-        return self._engine.render(self._at(time), (settings.width, settings.height), settings.samples,
+        self._upload(time)
+        return self._engine.render(self._view(), (settings.width, settings.height), settings.samples,
                                    settings.max_bounces, progress, film)
 
     def render_debug(self, view: DebugView, time: float = 0.0, light: int | None = None) -> DebugFilm:
@@ -105,7 +106,8 @@ class Renderer:
             raise GlimtError(f"there is no debug view {view!r}; expected one of {', '.join(DEBUG_VIEWS)}")
         scene, settings = self.scene, self.scene.settings
         tints = light_tints(len(scene.lights), light)
-        values = self._engine.render_debug(self._at(time), (settings.width, settings.height), view, tints)
+        self._upload(time)
+        values = self._engine.render_debug(self._view(), (settings.width, settings.height), view, tints)
         if view == "instances" and len(self._placed()) < len(self._objects):
             met, numbers = values[..., 3] > 0, values.view(np.int32)[..., 0]
             numbers[met] = np.array(self._placed(), np.int32)[numbers[met]]
@@ -114,18 +116,22 @@ class Renderer:
     def pick(self, x: float, y: float, time: float = 0.0) -> Pick | None:
         """Return what is seen at a point of the picture, or None where that is the background.
 
+        Another thread may be rendering meanwhile.
+
         Parameters
         ----------
         x, y : float
             In pixels from the top left corner of a picture of the settings' size; the centre of the first is (0.5,
             0.5). The plane of the picture goes on beyond its edges.
         time : float
-            Seconds, as for `render`.
+            Seconds, as for `render`; so far objects stand still.
         """
         x, y = (checks.number("pick", axis, value, -1e6, 1e6) for axis, value in (("x", x), ("y", y)))
-        settings, words = self.scene.settings, self._at(time).astype(np.float64)
+        settings, words = self.scene.settings, self._view().astype(np.float64)
         origin, right, up, look = (words[at:at + 3] for at in (VIEW.origin, VIEW.right, VIEW.up, VIEW.look))
         direction = look + (2 * x / settings.width - 1) * right + (1 - 2 * y / settings.height) * up
+        if self._light_rows is None:  # else what is there will do: lights are not picked, and a render may need them
+            self._upload(time)
         hits = self._engine.find_hits(np.array([*origin, *direction, np.inf], np.float32)[:, None])
         if hits.inst[0] == MISS:
             return None
@@ -133,15 +139,17 @@ class Renderer:
         return pick_from(self._objects[index], index, int(hits.prim[0]), float(hits.u[0]), float(hits.v[0]), origin,
                          origin + float(hits.t[0]) * direction)
 
-    def _at(self, time: float) -> NDArray[np.float32]:
-        """Have the engine know the scene as it stands at `time` seconds; return the VIEW record."""
-        scene, time = self.scene, checks.number("render", "time", time, -1e12, 1e12)
-        rows = light_rows(scene.lights, time)
+    def _upload(self, time: float) -> None:
+        """Have the engine know the scene with its lights as they stand at `time` seconds."""
+        rows = light_rows(self.scene.lights, checks.number("render", "time", time, -1e12, 1e12))
         if rows != self._light_rows:
             self._packed = self._packed._replace(lights=pack_light_rows(rows))
             self._engine.upload(self._packed, len(rows))
             self._light_rows = rows
-        return pack_view(scene.camera or self._framed(), scene.settings, scene.lights)
+
+    def _view(self) -> NDArray[np.float32]:
+        """Return the VIEW record of the next picture."""
+        return pack_view(self.scene.camera or self._framed(), self.scene.settings, self.scene.lights)
 
     def _placed(self) -> list[int]:
         """Return the places of the packed instances in the scene's objects: meshes without triangles are left out."""

@@ -49,8 +49,7 @@ class CpuEngine:
             raise GlimtError(f"threads is {threads}, expected 1 to {_MOST_THREADS}")
         self.threads = threads or available_threads()
         self._pool = ThreadPoolExecutor(self.threads, "glimt")
-        self._scene: PackedScene | None = None
-        self._light_count = 0
+        self._scene: tuple[PackedScene, int] | None = None  # with its number of lights
         self._running: dict[int, NDArray[np.int64]] = {}
 
     def prepare(self, progress: Progress | None = None) -> None:
@@ -63,7 +62,7 @@ class CpuEngine:
 
     def upload(self, scene: PackedScene, light_count: int) -> None:
         """Take over a scene; the arrays are used where they are."""
-        self._scene, self._light_count = scene, light_count
+        self._scene = scene, light_count
 
     def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: Samples, max_bounces: int,
                progress: Progress | None = None, film: Film | None = None) -> Film:
@@ -109,14 +108,14 @@ class CpuEngine:
 
     def cancel(self) -> None:
         """Stop what is being rendered (see `Engine.cancel`)."""
-        for control in tuple(self._running.values()):
+        for control in self._running.copy().values():
             control[CANCEL] = 1
 
     def _uploaded(self) -> tuple[PackedScene, int]:
         """Return the scene and how many lights it has."""
         if self._scene is None:
             raise GlimtError("no scene was uploaded to the engine")
-        return self._scene, self._light_count
+        return self._scene
 
     def _new_counters(self, picture: NDArray[np.float32]) -> NDArray[np.int64]:
         """Return a row of counters for each thread that has something to do."""

@@ -66,6 +66,8 @@ def _add_lights(scene, block, packets, tints):
     """Add to the sums the tints of the lights that reach the surface points of some packets."""
     begin_pixels(block.sums)
     for index in range(scene.light_count):
+        if tints[index, 0] + tints[index, 1] + tints[index, 2] == 0:  # a light that is not asked for
+            continue
         todo = put_shadow_rays(scene, block, packets, index)
         if todo == 0:
             continue
