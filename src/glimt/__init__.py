@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from glimt.scene.scene import RenderSettings, Scene
     from glimt.scene.sphere import Sphere
     from glimt.scene.texture import Texture
+    from glimt.viewer import view
 
 __version__ = "0.1.0"
 
@@ -28,12 +29,13 @@ _HOMES = {
     "Orbit": "scene.motion", "Path": "scene.motion", "PointLight": "scene.light", "RenderSettings": "scene.scene",
     "Renderer": "renderer", "Scene": "scene.scene", "Sphere": "scene.sphere", "SpotLight": "scene.light",
     "Texture": "scene.texture", "load": "io", "render": "renderer", "save_image": "io.image",
+    "view": "viewer",
 }
 
 __all__ = [
     "Camera", "DirectionalLight", "Film", "GlimtError", "GlimtWarning", "Instance", "Material", "Mesh", "Orbit", "Path",
     "PointLight", "RenderSettings", "Renderer", "Scene", "Sphere", "SpotLight", "Texture", "load", "render",
-    "save_image",
+    "save_image", "view",
 ]
 
 

@@ -8,11 +8,13 @@ from glimt import __version__
 from glimt.cli.bench import bench
 from glimt.cli.info import info
 from glimt.cli.render import render
+from glimt.cli.view import view
 
 # Without markup and pretty tracebacks Typer has no use for Rich, whose import takes longer than a small picture.
 app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=None, pretty_exceptions_enable=False,
                   context_settings={"help_option_names": ["-h", "--help"]})
 app.command()(render)
+app.command()(view)
 app.command()(info)
 app.add_typer(bench, name="bench")
 

@@ -1,14 +1,13 @@
 """``glimt render``: a scene to an image file."""
 
 import dataclasses
-import math
 import os
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from glimt.cli.options import parse_finite, parse_samples, parse_size
 from glimt.cli.outcome import WarningLog, outcome
 from glimt.cli.progress import ConsoleProgress
 from glimt.errors import GlimtError
@@ -17,31 +16,6 @@ if TYPE_CHECKING:
     from glimt.film import Film
     from glimt.scene.scene import RenderSettings, Scene
 
-def _parse_size(text: str) -> tuple[int, int]:
-    found = re.fullmatch(r"(\d{1,6})[x×](\d{1,6})", text)
-    if not found:
-        raise typer.BadParameter(f"{text!r} is not a size like 1920x1080", param_hint="'--size'")
-    return int(found[1]), int(found[2])
-
-
-def _parse_samples(text: str) -> int | str:
-    if text == "adaptive":
-        return text
-    try:
-        return int(text)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is neither a whole number nor 'adaptive'") from None
-
-
-def _parse_finite(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise typer.BadParameter(f"{text!r} is not a number")
-    return value
-
 
 def render(
     scene: Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (.toml) or mesh (.obj).")],
@@ -49,18 +23,20 @@ def render(
         "--output", "-o", metavar="FILE", help="Image to write, by default SCENE's name with .png, here.")] = None,
     size: Annotated[str | None, typer.Option(metavar="WIDTHxHEIGHT", help="Size of the picture in pixels.")] = None,
     samples: Annotated[Any, typer.Option(
-        parser=_parse_samples, metavar="N",
+        parser=parse_samples, metavar="N",
         help="n gives a grid of n×n samples a pixel; 'adaptive' as many as it needs.")] = None,
     bounces: Annotated[int | None, typer.Option(help="Mirror bounces; 0 shows no mirror.")] = None,
     threads: Annotated[int | None, typer.Option(
         min=1, max=1024, help="Threads to use, by default one for each processor core.")] = None,
     time: Annotated[float, typer.Option(
-        parser=_parse_finite, metavar="SECONDS", help="Moment that moving lights are shown at.")] = 0.0,
+        parser=parse_finite, metavar="SECONDS", help="Moment that moving lights are shown at.")] = 0.0,
     exposure: Annotated[float | None, typer.Option(
-        parser=_parse_finite, metavar="STOPS", help="1 doubles the light, -1 halves it.")] = None,
+        parser=parse_finite, metavar="STOPS", help="1 doubles the light, -1 halves it.")] = None,
+    view: Annotated[Path | None, typer.Option(
+        metavar="FILE", help="View file, as the viewer saves with a picture: its camera, lights and settings.")] = None,
 ) -> None:
-    """Render SCENE to an image file. Options take the place of what the scene file says."""
-    width, height = _parse_size(size) if size else (None, None)
+    """Render SCENE to an image file. Options take the place of what the scene or view file says."""
+    width, height = parse_size(size) if size else (None, None)
     overrides = {"width": width, "height": height, "samples": samples, "max_bounces": bounces, "exposure": exposure}
     with outcome():
         output = output or Path(scene.stem + ".png")
@@ -71,6 +47,9 @@ def render(
             from glimt.io import load
             begin_preparing()
             loaded = load(scene)
+            if view:
+                from glimt.io.view_file import apply_view
+                loaded = apply_view(loaded, view)
             loaded.settings = _override(loaded.settings, overrides)
             film = _trace(loaded, threads, time, progress)
         from glimt.io.image import save_image

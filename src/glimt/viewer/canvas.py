@@ -1,5 +1,6 @@
 """A viewer on a canvas: the one place where rendercanvas, the viewer and its thread meet."""
 
+import logging
 from typing import Any
 
 from glimt.viewer.render_thread import RenderThread
@@ -14,6 +15,7 @@ def connect(canvas: Any, viewer: Viewer) -> RenderThread:
     Events are handed to the thread, pictures are taken from it: the canvas' own thread does nothing that lasts. If
     the thread ends by an error, the canvas is closed; the error is in `RenderThread.error`.
     """
+    logging.getLogger("rendercanvas").setLevel(logging.ERROR)  # Ctrl-C is no warning
     context = canvas.get_bitmap_context()
     # A draw that is asked for is a flag, which the canvas' scheduler looks at: any thread may set it.
     thread = RenderThread(viewer, canvas.request_draw)

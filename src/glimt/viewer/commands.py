@@ -114,6 +114,7 @@ def zoom(viewer: "Viewer", factor: float) -> None:
 def mouse_look(viewer: "Viewer", on: bool | None = None) -> None:
     """Look around by moving the mouse, or no longer."""
     viewer.mouse_look = not viewer.mouse_look if on is None else on
+    viewer.controls.forget_pointer()
     if viewer.host:
         viewer.host.set_pointer_captured(viewer.mouse_look)
     viewer.say("mouse look: Esc ends it" if viewer.mouse_look else "mouse look off")

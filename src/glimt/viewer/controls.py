@@ -56,6 +56,10 @@ class Controls:
         self.shift_due = math.inf
         self._viewer.motion.release()
 
+    def forget_pointer(self) -> None:
+        """Forget where the pointer was: it is about to jump."""
+        self._pointer = self._pressed = None
+
     # ---- keys ----------------------------------------------------------------------------------------------------
 
     def _key_down(self, event: Event) -> None:

@@ -32,16 +32,15 @@ def _save(viewer: "Viewer") -> None:
     scene = replace(viewer.scene, settings=replace(viewer.scene.settings, samples=viewer.film_samples))
     view = view_text(scene, viewer.time, note)
     try:
-        where = viewer.keep(f"{name}.png", png.getvalue())
-        viewer.keep(f"{name}.toml", view.encode())
+        where = viewer.keep({f"{name}.png": png.getvalue(), f"{name}.toml": view.encode()})
         viewer.say(f"saved {where}")
     except (OSError, GlimtError) as error:
         viewer.say(f"not saved: {error}")
 
 
-def keep_in(folder: Path, name: str, data: bytes) -> str:
-    """Write a file that is not there yet; return its path."""
-    path = folder / name
-    with open(path, "xb") as file:
-        file.write(data)
-    return str(path)
+def keep_in(folder: Path, files: dict[str, bytes]) -> str:
+    """Write files that are not there yet; return the path of the first."""
+    for name, data in files.items():
+        with open(folder / name, "xb") as file:
+            file.write(data)
+    return str(folder / next(iter(files)))

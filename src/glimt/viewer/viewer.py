@@ -45,8 +45,8 @@ class Host(Protocol):
     def set_fullscreen(self, fullscreen: bool) -> None:
         """Fill the screen, or no longer."""
 
-    def keep(self, name: str, data: bytes) -> str:
-        """Keep a file for the user; return what to tell where it is."""
+    def keep(self, files: dict[str, bytes]) -> str:
+        """Keep files for the user, by name; return what to tell where they are."""
 
 
 class Viewer:
@@ -155,16 +155,26 @@ class Viewer:
         self.message, self._message_ends = message, self.now + MESSAGE_SECONDS
         self.uncover()
 
+    def fail(self, error: str) -> None:
+        """Show what is wrong with the scene's files over the last good picture, until they are mended."""
+        self.error = error
+        self.uncover()
+
     def uncover(self) -> None:
         """Take note that what lies over the picture is no longer right."""
         self._uncovered = True
 
     def replace_scene(self, scene: Scene) -> None:
         """Go on with another version of the scene: the view stays, but for a camera, lights or settings it changed."""
-        self.scene.objects = scene.objects
-        self.scene.lights, self.scene.settings = list(scene.lights), replace(scene.settings)
-        self.scene.camera, self.scene.name = scene.camera, scene.name
-        self.renderer.update()
+        before = vars(self.scene).copy()
+        vars(self.scene).update(vars(replace(scene, lights=list(scene.lights), settings=replace(scene.settings))))
+        try:
+            self.renderer.update()
+        except GlimtError as error:
+            vars(self.scene).update(before)
+            self.renderer.update()
+            self.fail(str(error))
+            return
         self._triangles = self.renderer.stats().placed_triangles
         first = Pose.of(self._camera())
         if first != self.first_pose:
@@ -185,9 +195,9 @@ class Viewer:
         while self.jobs:
             self.jobs.pop(0)()
 
-    def keep(self, name: str, data: bytes) -> str:
-        """Keep a file where the host keeps files, else in `folder`; return what to tell where it is."""
-        return self.host.keep(name, data) if self.host else keep_in(self.folder, name, data)
+    def keep(self, files: dict[str, bytes]) -> str:
+        """Keep files where the host keeps them, else in `folder`; return what to tell where they are."""
+        return self.host.keep(files) if self.host else keep_in(self.folder, files)
 
     # ---- pictures ------------------------------------------------------------------------------------------------
 

@@ -1,0 +1,35 @@
+"""Values of options that several commands have."""
+
+import math
+import re
+
+import typer
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """Return a size like 1920x1080 as (width, height)."""
+    found = re.fullmatch(r"(\d{1,6})[x×](\d{1,6})", text)
+    if not found:
+        raise typer.BadParameter(f"{text!r} is not a size like 1920x1080", param_hint="'--size'")
+    return int(found[1]), int(found[2])
+
+
+def parse_samples(text: str) -> int | str:
+    """Return a number of samples, or "adaptive"."""
+    if text == "adaptive":
+        return text
+    try:
+        return int(text)
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is neither a whole number nor 'adaptive'") from None
+
+
+def parse_finite(text: str) -> float:
+    """Return a number that is finite."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise typer.BadParameter(f"{text!r} is not a number")
+    return value

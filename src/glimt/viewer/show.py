@@ -1,0 +1,85 @@
+"""The places where a scene can be looked at: a window, a browser, a terminal."""
+
+import importlib
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from glimt.errors import GlimtError
+from glimt.viewer.keys import KEYS, help_table
+from glimt.viewer.session import CanvasHost, Session
+
+
+def need(module: str, extra: str) -> Any:
+    """Return a module of ours that needs packages of an extra; an error that names it when they are not there."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if (error.name or "").startswith("glimt"):
+            raise
+        raise GlimtError(f"this needs the package {error.name}: pip install 'glimt[{extra}]'") from None
+
+
+def in_window(session: Session) -> None:
+    """Show a scene in a desktop window until it is closed.
+
+    Raises
+    ------
+    GlimtError
+        Where there is no display; the message names the other places.
+    """
+    window = need("glimt.viewer.window", "view")
+    canvas = window.WindowCanvas(size=session.window_size, title=session.title, max_fps=session.max_fps)
+    try:
+        viewer = session.viewer(CanvasHost(canvas, window.loop.call_soon_threadsafe, session.folder))
+        session.run(canvas, viewer, window.loop.run)
+    finally:
+        canvas.close()
+
+
+def in_browser(session: Session, host: str = "127.0.0.1", port: int = 0, open_browser: bool = False,
+               on_ready: Callable[[str], object] = print) -> None:
+    """Serve a scene as a web page until Ctrl-C; whoever comes first steers, others watch.
+
+    Parameters
+    ----------
+    session : Session
+    host : str
+        Address to listen on. Others than this machine's own ask for a token, which is part of the page's address.
+    port : int
+        0: any that is free.
+    open_browser : bool
+    on_ready : function
+        Is told the page's address once it can be opened.
+    """
+    web, server = (need(f"glimt.viewer.{name}", "web") for name in ("web", "web_server"))
+    keys = [{"keys": keys, "help": help, "group": group} for group, keys, help in help_table()]
+    canvas = web.WebCanvas(title=session.title, max_fps=session.max_fps, keys=keys, size=session.window_size)
+    viewer = session.viewer(_PageHost(canvas, web.loop.call_soon_threadsafe, session.folder))
+    session.run(canvas, viewer, lambda: server.serve(canvas, host, port, None, open_browser, on_ready))
+
+
+class _PageHost(CanvasHost):
+    """Gives files to the browser instead of the server's disk: whoever steers may be anywhere."""
+
+    def keep(self, files: dict[str, bytes]) -> str:
+        """Have the browser download the files."""
+        for name, data in files.items():
+            self._call_soon(self._canvas.offer_file, name, data, "image/png" if name.endswith("png") else "text/plain")
+        return f"{next(iter(files))}, by the browser"
+
+
+def in_terminal(session: Session) -> None:
+    """Show a scene as coloured characters until Ctrl-C: good for a look over SSH."""
+    if not sys.stdout.isatty():
+        raise GlimtError("the standard output is no terminal; use --web for a page in a browser")
+    terminal = need("rendercanvas.terminal", "terminal")
+    canvas = terminal.RenderCanvas(title=session.title, max_fps=min(session.max_fps, 30.0))
+    viewer = session.viewer(CanvasHost(canvas, terminal.loop.call_soon_threadsafe, session.folder))
+    session.run(canvas, viewer, terminal.loop.run)
+
+
+def key_list() -> str:
+    """Return the keys as text, for where the help on the picture could not be read."""
+    width = max(len(str(key)) for key in KEYS)
+    return "\n".join(f"{keys:{width}}  {help}" for _, keys, help in help_table())
