@@ -1,0 +1,173 @@
+"""A desktop window for pictures in memory, on any machine that has OpenGL, were it Mesa's without a GPU.
+
+rendercanvas opens windows through GLFW, but shows a picture only through wgpu, which wants a GPU's driver. Here the
+window has an OpenGL context of its own, and `blit` puts the picture into it.
+"""
+
+import functools
+import time
+from typing import Any
+
+from glimt.viewer.gl_window import create_gl_window, silence
+
+# isort: split
+# After gl_window, which chooses among the libraries of GLFW:
+import glfw
+import numpy as np
+from numpy.typing import NDArray
+from rendercanvas.glfw import GlfwRenderCanvas, loop
+
+from glimt.viewer.blit import Blitter
+
+__all__ = ["WindowCanvas", "loop"]
+
+_REPAINT_INTERVAL = 0.01
+"""Seconds between repaints that the system asks for, so that a hundred uncovered rectangles are not a hundred."""
+
+_KEYPAD = {glfw.KEY_KP_0 + n: glfw.KEY_0 + n for n in range(10)} | {
+    glfw.KEY_KP_DECIMAL: ord("."), glfw.KEY_KP_DIVIDE: ord("/"), glfw.KEY_KP_MULTIPLY: ord("*"),
+    glfw.KEY_KP_SUBTRACT: ord("-"), glfw.KEY_KP_ADD: ord("+"), glfw.KEY_KP_EQUAL: ord("="),
+    glfw.KEY_KP_ENTER: glfw.KEY_ENTER,
+}
+"""Keys of the number pad, which rendercanvas has no names for, to the same keys elsewhere."""
+
+
+class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
+    """A window that shows RGBA pictures: a canvas of rendercanvas whose present method is "bitmap".
+
+    The picture may have any size: it is stretched over the window, its bytes shown as they are. Between draws the last
+    one is shown again whenever the system asks.
+
+    Events are those of rendercanvas. About keys: names go by the place on a keyboard of the US layout; letters are in
+    lower case, with Shift in upper case, but "5" and "/" stay what they are ("char" events have "%" and "?"). Space is
+    " ", other keys are named as in browsers ("ArrowUp", "Escape", "F11"), those of the number pad like their
+    counterparts elsewhere. A key that is held comes once. When the window loses the focus, "key_up" and "pointer_up"
+    come for all that was held. A letter pressed with Shift may come up without: compare in one case.
+
+    Parameters
+    ----------
+    size : (width, height) in logical pixels
+    title : str
+    max_fps : float
+        Draws, and rounds of looking for events, a second.
+    vsync : bool
+        Whether showing a picture waits for the screen, which keeps it in one piece. With False for measurements.
+
+    Raises
+    ------
+    GlimtError
+        There is no display, or no OpenGL.
+    """
+
+    def __init__(self, *, size: tuple[float, float] = (640, 480), title: str = "glimt", max_fps: float = 120.0,
+                 vsync: bool = True) -> None:
+        window = create_gl_window(int(size[0]), int(size[1]), title)
+        glfw.make_context_current(window)
+        # On Wayland, the compositor shows whole pictures anyway, and waiting for one that is covered would not end.
+        wayland = hasattr(glfw, "get_platform") and glfw.get_platform() == glfw.PLATFORM_WAYLAND
+        glfw.swap_interval(1 if vsync and not wayland else 0)
+        self._blitter = Blitter()
+        self._needs_paint = False
+        self._last_paint = 0.0
+        self._pointer_captured = False
+        self._windowed: tuple[int, int, int, int] | None = None  # x, y, width, height before full screen
+
+        # The base class creates a window without OpenGL, and there is no hook between its hints and the call. So the
+        # call gives it the window that we have; all else there is right for us.
+        create_window, glfw.create_window = glfw.create_window, lambda *_: window
+        try:
+            super().__init__(size=size, title=title, max_fps=max_fps, vsync=vsync, present_method="bitmap")
+        finally:
+            glfw.create_window = create_window
+        if glfw.raw_mouse_motion_supported():  # a captured pointer needs none of the acceleration that others have
+            glfw.set_input_mode(self._window, glfw.RAW_MOUSE_MOTION, True)
+
+    # %% Showing the picture
+
+    def _rc_get_present_info(self, present_methods: list[str]) -> dict[str, Any] | None:
+        return {"method": "bitmap", "formats": ["rgba-u8"]} if "bitmap" in present_methods else None
+
+    def _rc_present_bitmap(self, *, data: NDArray[np.uint8], **_: Any) -> None:
+        glfw.make_context_current(self._window)
+        self._blitter.upload(data)
+
+    def _rc_request_paint(self) -> None:
+        self._paint()
+
+    def _rc_force_paint(self) -> None:
+        """Do nothing: a draw has shown its picture already."""
+
+    def _paint(self) -> None:
+        """Show the last picture, stretched to what the window measures now."""
+        self._needs_paint = False
+        width, height = self.get_physical_size()
+        if self._window is None or self._is_minimized or width < 1 or height < 1:
+            return
+        glfw.make_context_current(self._window)
+        self._blitter.draw(width, height)
+        glfw.swap_buffers(self._window)
+        self._last_paint = time.perf_counter()
+
+    def _on_window_dirty(self, *_: Any) -> None:
+        # At once, since the system may not return from poll_events for as long as the window is being resized.
+        self._needs_paint = True
+        if time.perf_counter() - self._last_paint > _REPAINT_INTERVAL:
+            self._paint()
+
+    def _on_size_change(self, *_: Any) -> None:
+        self._determine_size()
+        self._on_window_dirty()
+        self.request_draw()
+
+    def _rc_gui_poll(self) -> None:
+        glfw.poll_events()
+        if self._needs_paint:
+            self._paint()
+        self._maybe_close()
+
+    # %% Mouse look, full screen
+
+    def set_pointer_captured(self, captured: bool) -> None:
+        """Hide the pointer and keep it in the window, for mouse look, or let it go to where it was.
+
+        While captured, "pointer_move" tells of all motion, wherever the pointer would be: "x" and "y" go on from where
+        it was and grow without bound, so the motion is the difference of one event and the next. When it is let go,
+        they jump back: forget the last position at each change.
+        """
+        if self._window is None or captured == self._pointer_captured:
+            return
+        self._pointer_captured = captured
+        glfw.set_input_mode(self._window, glfw.CURSOR, glfw.CURSOR_DISABLED if captured else glfw.CURSOR_NORMAL)
+        # The base class drops the motion of a pointer that is elsewhere, and a captured one is nowhere.
+        self._pointer_inside = captured or bool(glfw.get_window_attrib(self._window, glfw.HOVERED))
+
+    def _on_cursor_enter(self, window: Any, entered: int) -> None:
+        if not self._pointer_captured:
+            super()._on_cursor_enter(window, entered)
+
+    def set_fullscreen(self, fullscreen: bool) -> None:
+        """Fill the screen that shows most of the window, in its own resolution, or go back to where the window was."""
+        if self._window is None or fullscreen == (self._windowed is not None):
+            return
+        windowed, self._windowed = self._windowed, None
+        with silence():  # Wayland tells nobody where a window is
+            if windowed:
+                no_monitor: Any = None
+                glfw.set_window_monitor(self._window, no_monitor, *windowed, glfw.DONT_CARE)
+            elif monitors := glfw.get_monitors():
+                self._windowed = *glfw.get_window_pos(self._window), *glfw.get_window_size(self._window)
+                monitor = max(monitors, key=functools.partial(_shared_area, self._windowed))
+                mode = glfw.get_video_mode(monitor)
+                glfw.set_window_monitor(self._window, monitor, 0, 0, *mode.size, mode.refresh_rate)
+
+    def _on_key(self, window: Any, key: int, scancode: int, action: int, mods: int) -> None:
+        super()._on_key(window, _KEYPAD.get(key, key), scancode, action, mods)
+
+
+def _shared_area(window: tuple[int, int, int, int], monitor: Any) -> int:
+    """Return how much of a window (x, y, width, height) a monitor shows, in the screen's coordinates squared."""
+    x, y, width, height = window
+    left, top = glfw.get_monitor_pos(monitor)
+    size = glfw.get_video_mode(monitor).size
+    return (max(0, min(x + width, left + size.width) - max(x, left))
+            * max(0, min(y + height, top + size.height) - max(y, top)))
