@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import queue
+import signal
 import subprocess
 import sys
 import threading
@@ -19,9 +20,21 @@ TITLE = "glimt test"
 STRICT = ["-X", "dev", "-W", "error"]
 
 
+def _error(environment):
+    """Return what opening a window complains about."""
+    code = ("from glimt import GlimtError; from glimt.viewer.window import WindowCanvas\n"
+            "try: WindowCanvas()\nexcept GlimtError as error: print(error)")
+    result = subprocess.run([sys.executable, *STRICT, "-c", code], env=environment, capture_output=True, text=True,
+                            timeout=20, check=True)
+    assert result.stderr == ""
+    return result.stdout
+
+
 @pytest.fixture(scope="module")
 def display():
     with xvfb() as display:
+        if message := _error(display.environment):
+            pytest.skip(f"{message.strip()}; on Debian and Ubuntu, apt install libgl1 libgl1-mesa-dri")
         yield display
 
 
@@ -32,7 +45,8 @@ class App:
         self.process = process
         self.seen = []
         self._lines = queue.SimpleQueue()
-        threading.Thread(target=self._read, daemon=True).start()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
 
     def _read(self):
         for line in self.process.stdout:
@@ -58,6 +72,11 @@ class App:
     def count(self, event_type):
         return sum(event["event_type"] == event_type for event in self.seen)
 
+    def kill(self):
+        self.process.kill()
+        self._reader.join()
+        self.process.communicate()
+
     def end(self):
         """Wait for the end and return what it complained about."""
         self.next("end")
@@ -70,13 +89,12 @@ def window(display, *sizes, **environment):
     """Run window_app, showing and focused in the block."""
     process = subprocess.Popen([sys.executable, *STRICT, APP, *map(str, sizes)], env=display.environment | environment,
                                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    with process:
-        try:
-            app = App(process)
-            app.next("draw")
-            yield app
-        finally:
-            process.kill()
+    app = App(process)
+    try:
+        app.next("draw")
+        yield app
+    finally:
+        app.kill()
 
 
 def _focus(display):
@@ -113,6 +131,12 @@ def test_the_last_picture_comes_back_without_a_draw(display):
         display.wait_for_pixels(picture)
         app.do("0")
         assert app.count("draw") == draws
+
+
+def test_any_thread_may_ask_for_a_draw(display):
+    with window(display, 120, 90, 120, 90) as app:
+        app.do("__import__('threading').Thread(target=canvas.request_draw).start()")
+        app.next("draw")
 
 
 def test_resizing_tells_and_stretches(display):
@@ -177,11 +201,23 @@ def test_a_captured_pointer_moves_without_bound(display):
             app.next("pointer_move", x=50 - 90 * i, y=50 + 30 * i)
         display.do("click", "1")
         app.next("pointer_down", button=1)
-        assert app.count("pointer_leave") == 0
         app.do("canvas.set_pointer_captured(False)")
         assert display.do("getmouselocation").startswith("x:50 y:50 ")
         display.do("mousemove", "60", "40")
         app.next("pointer_move", x=60, y=40)
+
+
+def test_a_pointer_is_captured_from_outside_and_stays_so_while_another_window_has_the_focus(display):
+    display.do("mousemove", "700", "500")
+    with window(display, 200, 100, 2, 2) as app:
+        _focus(display)
+        app.do("canvas.set_pointer_captured(True)")
+        with window(display, 50, 50, 2, 2):
+            display.do("mousemove", "500", "400")
+        _focus(display)
+        display.do("mousemove_relative", "--", "-90", "30")
+        app.next("pointer_move")
+        assert app.count("pointer_leave") == 0
 
 
 def test_full_screen_and_back(display):
@@ -211,21 +247,20 @@ def test_closing_by_itself(display):
         assert app.end() == ""
 
 
+def test_ctrl_c_closes(display):
+    with window(display, 200, 100, 2, 2) as app:
+        app.do("0")  # the loop runs
+        app.process.send_signal(signal.SIGINT)
+        app.next("close")
+        assert app.end() == "Received signal Interrupt\n"
+
+
 @pytest.mark.parametrize("at_the_end", ["", "canvas.close()"])
 def test_a_window_that_never_ran_ends_in_silence(display, at_the_end):
     code = f"from glimt.viewer.window import WindowCanvas; canvas = WindowCanvas(vsync=False); {at_the_end}"
     result = subprocess.run([sys.executable, *STRICT, "-c", code], env=display.environment, capture_output=True,
                             text=True, timeout=20, check=False)
     assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
-
-
-def _error(environment):
-    code = ("from glimt import GlimtError; from glimt.viewer.window import WindowCanvas\n"
-            "try: WindowCanvas()\nexcept GlimtError as error: print(error)")
-    result = subprocess.run([sys.executable, *STRICT, "-c", code], env=environment, capture_output=True, text=True,
-                            timeout=20, check=True)
-    assert result.stderr == ""
-    return result.stdout
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there always is a display")

@@ -6,6 +6,7 @@ window has an OpenGL context of its own, and `blit` puts the picture into it.
 
 import functools
 import time
+from collections.abc import Callable
 from typing import Any
 
 from glimt.viewer.gl_window import create_gl_window, silence
@@ -15,9 +16,10 @@ from glimt.viewer.gl_window import create_gl_window, silence
 import glfw
 import numpy as np
 from numpy.typing import NDArray
-from rendercanvas.glfw import GlfwRenderCanvas, loop
+from rendercanvas.glfw import GlfwCanvasGroup, GlfwRenderCanvas
 
 from glimt.viewer.blit import Blitter
+from glimt.viewer.glfw_loop import loop
 
 __all__ = ["WindowCanvas", "loop"]
 
@@ -59,6 +61,8 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
         There is no display, or no OpenGL.
     """
 
+    _rc_canvas_group = GlfwCanvasGroup(loop)
+
     def __init__(self, *, size: tuple[float, float] = (640, 480), title: str = "glimt", max_fps: float = 120.0,
                  vsync: bool = True) -> None:
         window = create_gl_window(int(size[0]), int(size[1]), title)
@@ -83,6 +87,11 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
             glfw.set_input_mode(self._window, glfw.RAW_MOUSE_MOTION, True)
 
     # %% Showing the picture
+
+    def request_draw(self, draw_function: Callable[[], None] | None = None) -> None:
+        """Have the picture drawn soon, by `draw_function` from now on if given. Any thread may ask."""
+        super().request_draw(draw_function)
+        glfw.post_empty_event()  # wakes the loop
 
     def _rc_get_present_info(self, present_methods: list[str]) -> dict[str, Any] | None:
         return {"method": "bitmap", "formats": ["rgba-u8"]} if "bitmap" in present_methods else None
