@@ -22,7 +22,7 @@ def test_all_is_what_there_is():
     assert glimt.__all__ == [
         "Camera", "DirectionalLight", "Film", "GlimtError", "GlimtWarning", "Instance", "Material", "Mesh", "Orbit",
         "Path", "PointLight", "RenderSettings", "Renderer", "Scene", "Sphere", "SpotLight", "Texture", "load", "render",
-        "save_image"]
+        "save_image", "view"]
 
 
 def test_every_public_thing_says_what_it_is():

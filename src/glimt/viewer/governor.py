@@ -10,14 +10,16 @@ _LEVELS = 13
 """The last has an eighth of the side."""
 _FIRST_LEVEL = 4
 """Before anything is measured: half of the side."""
-_AIM = 0.7
+_AIM = 0.75
 """Share of the budget that a new level is chosen for: what comes next may be dearer."""
-_RAISE = 0.55
+_RAISE = 0.7
 """Share of the budget that the next larger level must be expected to keep within, to be taken."""
 _HOLD_SECONDS = 0.5
 """A level is kept for at least that long."""
 _CALM_SECONDS = 1.0
 """How long frames must have been cheap before the picture becomes larger."""
+_SETTLING = 3
+"""Frames before the first choice."""
 _SMALLEST_SIDE = 32
 
 
@@ -56,10 +58,11 @@ class Governor:
         while now - self._costs[0][0] > _CALM_SECONDS:
             self._costs.popleft()
         if self._changed == -math.inf:
-            self._choose(self._costs[-1][1], _AIM, now)
+            if len(self._costs) >= _SETTLING:  # the first ones bring code and textures into the caches
+                self._choose(self._typical(), _AIM, now)
         elif now - self._changed >= _HOLD_SECONDS and seconds > self.budget:
             # One slow frame alone may be the machine's; two in three are the picture's.
-            typical = statistics.median(cost for _, cost in list(self._costs)[-3:])
+            typical = self._typical()
             if typical * self.scale ** 2 > _AIM * self.budget:
                 self._choose(typical, _AIM, now)
         elif now - self._changed >= _CALM_SECONDS and self._level:
@@ -75,6 +78,10 @@ class Governor:
     def forget(self) -> None:
         """Drop what was measured: the next frames are of another kind. The size stays."""
         self._costs.clear()
+
+    def _typical(self) -> float:
+        """Return the median cost of the last three frames, in seconds at full size."""
+        return statistics.median(cost for _, cost in list(self._costs)[-3:])
 
     def _high_cost(self) -> float:
         """Return what all but one frame in twenty of the last second cost at most, in seconds at full size."""

@@ -102,7 +102,7 @@ def frame_info(viewer: "Viewer") -> FrameInfo:
     film, times = viewer.film, viewer.times
     width, height = viewer.rendered_size
     return FrameInfo(
-        frame_seconds=times.last, p50=times.percentile(50), p95=times.percentile(95),
+        frame_seconds=viewer.frame_seconds, p50=times.percentile(50), p95=times.percentile(95),
         rays=film.counters.rays if film else 0, width=width, height=height,
         shown_width=viewer.size[0], shown_height=viewer.size[1], max_bounces=viewer.scene.settings.max_bounces,
         lights=len(viewer.scene.lights), samples=viewer.film_samples, triangles=viewer.triangles,

@@ -97,6 +97,7 @@ class Viewer:
         self.error: str | None = None
         self.film: Film | None = None
         self.film_samples: Samples = self.samples
+        self.frame_seconds = 0.0
         self.rendered_size = self.size
         self.folder = Path.cwd()
         self.jobs: list[Callable[[], None]] = []
@@ -276,6 +277,7 @@ class Viewer:
         self.rendered_size = self.governor.size(self.size)
         self._render(self.rendered_size, self.samples)
         end = clock()
+        self.frame_seconds = end - start
         self.governor.add(end - start, end)
         self.times.add(end - start)
 
@@ -296,8 +298,9 @@ class Viewer:
             return False
         finally:
             self._refining = False
+        end = self.presenter.clock()
+        self.frame_seconds = end - start
         if samples == self.samples:
-            end = self.presenter.clock()
             self.governor.learn(end - start, end)
         self.rendered_size = self.size
         self._stage += 1

@@ -68,7 +68,7 @@ def detail_rows(info: FrameInfo) -> list[Row]:
         (("size", f"{info.width}×{info.height} · {scale:.0f} %"),),
         (("mode", mode),),
         (("bounces", str(info.max_bounces)), ("lights", str(info.lights))),
-        (("samples", str(info.samples)),),
+        (("samples", info.samples if isinstance(info.samples, str) else f"{info.samples}×{info.samples}"),),
         (("triangles", f"{info.triangles:,}"),),
     ]
 
