@@ -13,7 +13,7 @@ from glimt.io import load
 from glimt.io.obj import read_obj
 from glimt.scene.camera import Camera
 from glimt.scene.instance import Instance
-from glimt.scene.light import DirectionalLight, PointLight
+from glimt.scene.light import DirectionalLight, Light, PointLight
 from glimt.scene.material import Material
 from glimt.scene.mesh import Mesh
 from glimt.scene.scene import RenderSettings, Scene
@@ -160,3 +160,12 @@ def make_scene(name: str, paths: list[Path], *, quick: bool = False) -> Scene:
     scene.settings = replace(scene.settings, width=width, height=height, samples=row.samples, max_bounces=row.bounces)
     scene.camera = scene.camera_or_framing()
     return scene
+
+
+def ring_of_lights(scene: Scene, count: int) -> list[Light]:
+    """Return point lights that stand around the middle of a scene, above it; the first are the same for any count."""
+    lo, hi = scene.bounds()
+    center, reach = (lo + hi) / 2, (hi - lo) / 4
+    angles = 2 * np.pi * np.arange(count) * 0.618  # neighbours in the list stand apart
+    ring = center + reach * np.stack([np.cos(angles), np.full_like(angles, 1.2), np.sin(angles)], -1)
+    return [PointLight(position=tuple(place), radius=float(reach.max()), diffuse=0.3) for place in ring.tolist()]

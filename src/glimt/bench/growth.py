@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from glimt import linalg
-from glimt.bench.frame_scenes import Missing
+from glimt.bench.frame_scenes import Missing, ring_of_lights
 from glimt.bench.measure import Tell, interleave_blocks, machine, milliseconds, quotient
 from glimt.bench.mesh_sizes import sizes
 from glimt.bench.steady import SteadyFrames
@@ -110,14 +110,8 @@ def _instances(mesh: Mesh, size: int, most: int) -> Iterator[tuple[int, Scene]]:
 
 def _lights(scene: Scene) -> Iterator[tuple[int, Scene]]:
     """Yield the scene under a ring of point lights instead of its own lights."""
-    lo, hi = scene.bounds()
-    center, reach = (lo + hi) / 2, (hi - lo) / 4
-    angles = 2 * np.pi * np.arange(max(LIGHTS)) * 0.618  # neighbours in the list stand apart
-    ring = center + reach * np.stack([np.cos(angles), np.full_like(angles, 1.2), np.sin(angles)], -1)
-    lights: list[Light] = [PointLight(position=tuple(place), radius=float(reach.max()), diffuse=0.3)
-                           for place in ring.tolist()]
     for count in LIGHTS:
-        yield count, replace(scene, lights=lights[:count])
+        yield count, replace(scene, lights=ring_of_lights(scene, count))
 
 
 def _bounces(scene: Scene) -> Iterator[tuple[int, Scene]]:

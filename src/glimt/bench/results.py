@@ -22,6 +22,8 @@ KINDS = {
     "frames": Kind(1, ("row", "size", "threads"), "frame time through Embree's for just its rays, lower is better"),
     "growth": Kind(1, ("series", "count", "threads"), "frame time through that of the first setting in the series, "
                                                       "lower is better"),
+    "flight": Kind(1, ("size", "bounces", "lights", "threads", "budget_ms"), "the frame time that 95 of 100 frames "
+                   "keep within, through the budget, lower is better"),
 }
 
 

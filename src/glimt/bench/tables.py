@@ -65,7 +65,19 @@ def _growth(result: Result) -> list[str]:
             f"{result['instance_triangles']:,} triangles. Threads: {result['threads']}."]
 
 
-_TABLES: dict[str, Callable[[Result], list[str]]] = {"rays": _rays, "frames": _frames, "growth": _growth}
+def _flight(result: Result) -> list[str]:
+    lines = ["| canvas | bounces, lights | budget, ms | frames a second | ms: p50, p95, longest | within 1.5 budgets | "
+             "rendered side | changes of size, most in a second |", "|---|---|---|---|---|---|---|---|"]
+    lines += [f"| {row['size'].replace('x', '×')} | {row['bounces']}, {row['lights']} | {row['budget_ms']:.0f} | "
+              f"{row['fps']:.0f} | {row['p50_ms']:.1f}, {row['p95_ms']:.1f}, {row['longest_ms']:.1f} | "
+              f"{100 * row['in_time']:.1f} % | {100 * row['scale']:.0f} % | {row['changes']}, "
+              f"{row['most_changes_a_second']} |" for row in result["rows"]]
+    return [*lines, "", f"{result['scene']}, {result['rows'][0]['seconds']:g} s with {result['rows'][0]['threads']} "
+            "threads; a frame is timed from events to the finished picture."]
+
+
+_TABLES: dict[str, Callable[[Result], list[str]]] = {"rays": _rays, "frames": _frames, "growth": _growth,
+                                                     "flight": _flight}
 
 
 def write_into(path: Path, name: str, text: str) -> None:

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from glimt.cli.options import parse_size
 from glimt.cli.outcome import outcome
 
 bench = typer.Typer(help="Measure glimt against Embree.", no_args_is_help=True, rich_markup_mode=None)
@@ -98,6 +99,28 @@ def growth(
         limits = bench_growth.Limits(100, 2000, 10) if quick else bench_growth.Limits()
         _finish(bench_growth.measure(read_obj(mesh), load(paper) if paper else None, size, threads, frames, rounds,
                                      limits, _tell), json, into)
+
+
+@bench.command()
+def flight(
+    scene: PaperScene = None,
+    size: Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="Size of the canvas.")] = "1280x720",
+    bounces: Annotated[int, typer.Option(min=0, max=64, help="Mirror bounces.")] = 3,
+    lights: Annotated[int, typer.Option(min=0, max=64, help="Point lights instead of the scene's own.")] = 8,
+    own_lights: Annotated[bool, typer.Option("--own-lights", help="Keep the scene's own lights.")] = False,
+    seconds: Annotated[float, typer.Option(min=0.5, max=3600, help="How long.")] = 20.0,
+    budget: Annotated[float, typer.Option(min=1, max=10000, metavar="MS", help="Milliseconds for a frame.")] = 33.0,
+    threads: Annotated[int | None, typer.Option(min=1, max=1024, help="Threads.")] = None,
+    json: Json = None, into: Into = None,
+) -> None:
+    """Fly through a scene as the viewer does, and see whether frames keep within their budget."""
+    with outcome():
+        from glimt.bench import flight as bench_flight
+        from glimt.bench.frame_scenes import PAPER_SCENE
+        from glimt.io import load
+        _finish(bench_flight.measure(load(scene or PAPER_SCENE), parse_size(size), bounces,
+                                     None if own_lights else lights, seconds, budget / 1000, threads, _tell),
+                json, into)
 
 
 @bench.command()
