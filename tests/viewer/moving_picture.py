@@ -20,12 +20,12 @@ def say(**what):
 
 
 def picture(width, height, step):
-    """A gradient with a white bar that moves on by a pixel."""
+    """A gradient, below it a white bar that moves on by a pixel."""
     image = np.full((height, width, 4), 255, np.uint8)
     image[..., 0] = np.linspace(0, 255, width)
     image[..., 1] = np.linspace(0, 255, height)[:, None]
     image[..., 2] = 64
-    image[:, step % width:step % width + 8] = 255
+    image[-height // 10:, step % width:step % width + 8] = 255
     return image
 
 

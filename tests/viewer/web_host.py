@@ -61,6 +61,14 @@ class WebHost:
         self.process.stdin.flush()
         return self.wait_for(lambda said: "draws" in said, start)
 
+    def wait_until_alone(self):
+        """Wait until the server has no visitors; return the number of draws then."""
+        deadline = time.monotonic() + TIMEOUT
+        while (answer := self.ask())["visitors"]:
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+        return answer["draws"]
+
     def end(self, number=signal.SIGINT):
         """Return the seconds it takes to end after a signal, its exit code and what it wrote on standard error."""
         start = time.monotonic()

@@ -17,7 +17,7 @@ from rendercanvas.asyncio import AsyncioLoop
 from rendercanvas.base import BaseCanvasGroup, BaseRenderCanvas
 
 from glimt.errors import GlimtError
-from glimt.viewer.web_events import Event, parse_event, parse_message, parse_number, parse_size
+from glimt.viewer.web_events import Held, parse_event, parse_message, parse_number, parse_size
 from glimt.viewer.web_visitor import Frame, Visitor
 
 __all__ = ["WebCanvas", "loop"]
@@ -26,7 +26,6 @@ MAX_FILE_SIZE = 64 << 20
 """Bytes that `WebCanvas.offer_file` takes at most."""
 
 _REST_DELAY = 0.3  # s without a new frame, after which the last one is sent again, finer
-_MAX_HELD = 64  # keys held at once; nobody has more fingers
 
 
 class WebLoop(AsyncioLoop):  # type: ignore[misc]
@@ -86,8 +85,7 @@ class WebCanvas(BaseRenderCanvas):  # type: ignore[misc]
         self._cursor = "default"
         self._pointer_captured = False
         self._visitors: list[Visitor] = []  # the first one steers
-        self._held_keys: set[str] = set()
-        self._held_button: Event | None = None  # the last pointer event with a button down
+        self._held = Held()
         self._draw_wanted = False
         self._frame: Frame | None = None
         self._picture: NDArray[np.uint8] | None = None
@@ -115,7 +113,7 @@ class WebCanvas(BaseRenderCanvas):  # type: ignore[misc]
         self._visitors.remove(visitor)
         if not steered or self._is_closed:
             return
-        self._release_held()
+        self._let_go()
         self.is_fullscreen = False
         if self._visitors:
             self._visitors[0].post({"type": "active", "value": True})
@@ -136,7 +134,7 @@ class WebCanvas(BaseRenderCanvas):  # type: ignore[misc]
         elif kind == "fullscreen" and steers:
             self.is_fullscreen = message.get("value") is True
         elif steers and (event := parse_event(message)):
-            self._note_held(event)
+            self._held.note(event)
             self.submit_event(event)
             self._process_events()
             return
@@ -148,28 +146,12 @@ class WebCanvas(BaseRenderCanvas):  # type: ignore[misc]
             self._process_events()
             self.request_draw()
 
-    def _note_held(self, event: Event) -> None:
-        kind = event["event_type"]
-        if kind == "key_down" and len(self._held_keys) < _MAX_HELD:
-            self._held_keys.add(event["key"])
-        elif kind == "key_up":
-            self._held_keys.discard(event["key"])
-        elif kind.startswith("pointer"):
-            self._held_button = event if event["buttons"] else None
-
-    def _release_held(self) -> None:
+    def _let_go(self) -> None:
         """Send what would have come if whoever steered had let go of everything."""
-        if self._pointer_captured:
-            self._pointer_captured = False
-            self.submit_event({"event_type": "key_down", "key": "Escape", "modifiers": ()})
-            self._held_keys.add("Escape")
-        if self._held_button:
-            button = self._held_button["button"] or self._held_button["buttons"][0]
-            self.submit_event({**self._held_button, "event_type": "pointer_up", "button": button, "buttons": ()})
-        for key in sorted(self._held_keys):
-            self.submit_event({"event_type": "key_up", "key": key, "modifiers": ()})
-        self._held_keys.clear()
-        self._held_button = None
+        escape = ({"event_type": kind, "key": "Escape", "modifiers": ()} for kind in ("key_down", "key_up"))
+        for event in [*(escape if self._pointer_captured else ()), *self._held.release()]:
+            self.submit_event(event)
+        self._pointer_captured = False
         self._process_events()
 
     # ---- what the viewer may ask of the page

@@ -17,6 +17,7 @@ _POINTER_EVENTS = {"pointer_down", "pointer_up", "pointer_move", "pointer_enter"
 _KEY_EVENTS = {"key_down", "key_up"}
 _MAX_COORDINATE = 1e9  # a captured pointer moves without bound
 _MAX_KEY_LENGTH = 32
+_MAX_HELD = 64  # keys; nobody has more fingers
 
 
 def parse_message(text: str) -> Event:
@@ -65,6 +66,33 @@ def parse_size(message: Event) -> tuple[int, int, float] | None:
         return None
     scale = min(1.0, MAX_SIDE / max(width, height), math.sqrt(MAX_PIXELS / (width * height)))
     return max(1, int(width * scale)), max(1, int(height * scale)), ratio * scale
+
+
+class Held:
+    """The keys and buttons that are down, as far as events have told."""
+
+    def __init__(self) -> None:
+        self._keys: dict[str, None] = {}  # in the order they were pressed
+        self._pointer: Event | None = None  # the last event with a button down
+
+    def note(self, event: Event) -> None:
+        """Follow what `event` presses or lets go."""
+        kind = event["event_type"]
+        if kind == "key_down" and len(self._keys) < _MAX_HELD:
+            self._keys[event["key"]] = None
+        elif kind == "key_up":
+            self._keys.pop(event["key"], None)
+        elif kind in _POINTER_EVENTS:
+            self._pointer = event if event["buttons"] else None
+
+    def release(self) -> list[Event]:
+        """Return the events of letting go of everything, and forget it."""
+        events = [{"event_type": "key_up", "key": key, "modifiers": ()} for key in self._keys]
+        if self._pointer:
+            for button in self._pointer["buttons"]:
+                events.append({**self._pointer, "event_type": "pointer_up", "button": button, "buttons": ()})
+        self._keys, self._pointer = {}, None
+        return events
 
 
 def parse_number(value: object, limit: float) -> float | None:

@@ -5,6 +5,7 @@ import contextlib
 import errno
 import html
 import json
+import logging
 import os
 import secrets
 import signal
@@ -27,6 +28,7 @@ _MAX_VISITORS = 16
 _MAX_MESSAGE = 1 << 16  # bytes; an event has some hundred
 _PING = 5.0  # s between pings, and until one that is not answered ends a connection
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGBREAK") if hasattr(signal, name)]
+_log = logging.getLogger(__name__)
 _PAGE = files("glimt.viewer") / "page"
 
 
@@ -130,6 +132,8 @@ class _App:
         self._canvas.join(visitor)
         try:
             await visitor.run(receive, send, lambda text: self._canvas.receive(visitor, text))
+        except Exception:
+            _log.exception("the connection to a page has ended with an error")
         finally:
             self._canvas.leave(visitor)
 

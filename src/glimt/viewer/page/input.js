@@ -99,6 +99,7 @@ function watchPointer(view, output) {
   pointer.release = () => pointer.hold(0);
 
   const touch = watchTouch(pointer);
+  let isTouch = false; // the last thing to come down; "dblclick" does not say
   const follow = (ev) => {
     if (ev.pointerType === "touch") return touch(ev);
     const ends = ["pointercancel", "lostpointercapture"].includes(ev.type);
@@ -110,6 +111,7 @@ function watchPointer(view, output) {
   };
   view.addEventListener("pointerdown", (ev) => {
     ev.preventDefault();
+    isTouch = ev.pointerType === "touch";
     view.focus({preventScroll: true});
     if (!pointer.isLocked) view.setPointerCapture(ev.pointerId);
     follow(ev);
@@ -120,7 +122,7 @@ function watchPointer(view, output) {
   for (const type of ["enter", "leave"]) {
     view.addEventListener(`pointer${type}`, (ev) => ev.pointerType !== "touch" && pointer.send(`pointer_${type}`, ev));
   }
-  view.addEventListener("dblclick", (ev) => ev.pointerType !== "touch" && pointer.send("double_click", ev, 1));
+  view.addEventListener("dblclick", (ev) => isTouch || pointer.send("double_click", ev, 1));
   view.addEventListener("contextmenu", (ev) => ev.preventDefault());
   view.addEventListener("wheel", (ev) => {
     ev.preventDefault();

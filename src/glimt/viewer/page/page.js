@@ -10,10 +10,10 @@ const MIN_DELAY = 250, MAX_DELAY = 5000; // ms between attempts to connect
 const RESIZE_INTERVAL = 100; // ms
 const HINT_TIME = 8000; // ms
 
-const [view, status, hint, help, helpButton] =
-  ["view", "status", "hint", "help", "help-button"].map((id) => document.getElementById(id));
+const [view, status, hint, help, helpColumns, helpButton] =
+  ["view", "status", "hint", "help", "help-columns", "help-button"].map((id) => document.getElementById(id));
 
-let socket = null; // when open
+let socket = null; // the connection, be it still being made
 let isActive = false; // whether this page steers, or watches
 let heard = 0, delay = MIN_DELAY, retry = 0;
 
@@ -25,12 +25,11 @@ const input = watchInput(view, (event) => isActive && send(event));
 function connect() {
   const url = new URL(`ws${query}`, location);
   url.protocol = location.protocol.replace("http", "ws");
-  const ws = new WebSocket(url);
+  const ws = socket = new WebSocket(url);
+  heard = performance.now();
   ws.binaryType = "arraybuffer";
   let header = null; // of the bytes that come next
   ws.onopen = () => {
-    socket = ws;
-    heard = performance.now();
     delay = MIN_DELAY;
     sendSize();
   };
@@ -59,9 +58,8 @@ function lose(ws) {
 }
 
 function hurry() {
-  if (socket || !retry || document.hidden) return;
+  if (socket || document.hidden) return;
   clearTimeout(retry);
-  retry = 0;
   connect();
 }
 
@@ -107,6 +105,8 @@ function paint() {
   const {bitmap, index, timestamp} = decoded;
   decoded = null;
   if (bitmap) {
+    if (view.width !== bitmap.width) view.width = bitmap.width; // its own size, from which its shape follows
+    if (view.height !== bitmap.height) view.height = bitmap.height;
     const stretch = (bitmap.width * view.clientHeight) / (bitmap.height * view.clientWidth);
     view.style.objectFit = Math.abs(stretch - 1) < 0.02 ? "fill" : "contain";
     canvas.transferFromImageBitmap(bitmap);
@@ -144,17 +144,19 @@ function element(tag, text) {
 
 async function fillHelp() {
   const keys = await (await fetch(`keys.json${query}`)).json();
-  for (const group of new Set(keys.map((key) => key.group))) {
+  for (const name of new Set(keys.map((key) => key.group))) {
+    const group = document.createElement("div");
     const list = document.createElement("dl");
-    for (const key of keys.filter((other) => other.group === group)) {
+    for (const key of keys.filter((other) => other.group === name)) {
       list.append(element("dt", [key.keys].flat().join(" ")), element("dd", key.help));
     }
-    help.append(element("h2", group), list);
+    group.append(element("h2", name), list);
+    helpColumns.append(group);
   }
 }
 
 async function showHelp(isShown) {
-  if (isShown && !help.childElementCount) await fillHelp();
+  if (isShown && !helpColumns.childElementCount) await fillHelp();
   help.hidden = !isShown;
   helpButton.setAttribute("aria-expanded", isShown);
 }
