@@ -122,7 +122,7 @@ def test_no_more_is_read_than_anybody_could_do():
     async def send(message):
         pass
 
-    assert 0 < serve_visitor(0.4, receive, send) <= 500  # two quarters of a second
+    assert 0 < serve_visitor(0.4, receive, send) < 1000  # in two quarters of a second
 
 
 def test_who_is_too_slow_for_messages_is_sent_away():
@@ -149,8 +149,7 @@ def test_pings_are_not_read_faster_than_their_answers(host):
     with connect_raw(host) as raw:
         raw.settimeout(1.5)
         with pytest.raises(TimeoutError):  # stuck, since the answers are not read
-            for _ in range(300):
-                raw.sendall(1000 * ping)
+            raw.sendall(300_000 * ping)
     asyncio.run(answers_still(host))
 
 

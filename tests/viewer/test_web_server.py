@@ -7,12 +7,12 @@ import socket
 
 import pytest
 import websockets
-from web_client import SIZE, answers_still, get, visit
+from web_client import SIZE, answers_still, connect_raw, get, visit
 from web_host import WebHost
 
 from glimt import GlimtError
 from glimt.viewer.web import MAX_FILE_SIZE, WebCanvas
-from glimt.viewer.web_server import serve
+from glimt.viewer.web_server import _listen, serve
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +74,11 @@ def test_signals_end_it_with_clients_that_do_not_read(number):
         async def run():
             async with visit(host) as client, visit(host):
                 await client.send(SIZE)
-                stuck = [socket.create_connection(("127.0.0.1", host.port)) for _ in range(2)]
+                stuck = [socket.create_connection(("127.0.0.1", host.port)), connect_raw(host)]
                 stuck[0].sendall(b"GET / HT")
+                stuck[1].settimeout(0.5)
+                with pytest.raises(TimeoutError):  # by answers to pings, which it does not read
+                    stuck[1].sendall(100_000 * (b"\x89\xf8\0\0\0\0" + bytes(120)))
                 await client.wait_for("framebufferdata")
                 ended = await asyncio.to_thread(host.end, number)
                 for connection in stuck:
@@ -107,7 +110,9 @@ def test_it_ends_from_another_thread_and_with_the_canvas(way):
 
 
 def test_it_can_be_served_again_and_leaves_signals_as_they_were(monkeypatch):
-    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    own = lambda *_: None  # noqa: E731
+    terminate = signal.signal(signal.SIGTERM, own)
+    interrupt = signal.getsignal(signal.SIGINT)
     for _ in range(2):
         canvas = WebCanvas()
         opened, announced = [], []
@@ -117,7 +122,13 @@ def test_it_can_be_served_again_and_leaves_signals_as_they_were(monkeypatch):
         assert opened == announced
         assert announced[0].startswith("http://127.0.0.1:")
         assert canvas.get_closed()
-    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before
+    assert signal.getsignal(signal.SIGINT) is interrupt
+    assert signal.signal(signal.SIGTERM, terminate) is own
+
+
+def test_its_connections_send_at_once():
+    with _listen("localhost", 0) as listener:
+        assert listener.proto == socket.IPPROTO_TCP  # or asyncio would not set TCP_NODELAY
 
 
 @pytest.mark.parametrize(("where", "message"), [
