@@ -4,12 +4,14 @@ import asyncio
 import contextlib
 import struct
 
+import numpy as np
 import pytest
 import simplejpeg
 import websockets
-from web_client import SIZE, answers_still, connect_raw, visit
+from web_client import SIZE, answers_still, connect_raw, fill, visit
 from web_host import WebHost
 
+from glimt.viewer.web import WebCanvas
 from glimt.viewer.web_visitor import Visitor
 
 
@@ -145,19 +147,19 @@ def test_who_is_too_slow_for_messages_is_sent_away():
 
 
 def test_pings_are_not_read_faster_than_their_answers(host):
-    ping = b"\x89\xf8\0\0\0\0" + bytes(120)
     with connect_raw(host) as raw:
-        raw.settimeout(1.5)
+        fill(raw)
         with pytest.raises(TimeoutError):  # stuck, since the answers are not read
-            raw.sendall(300_000 * ping)
+            raw.send(bytes(1))
     asyncio.run(answers_still(host))
 
 
 def test_a_message_in_endless_parts_ends_its_sender(host):
     with connect_raw(host) as raw:
+        raw.settimeout(3)  # before the server's first ping
         raw.sendall(b"\x01\x80\0\0\0\0" + 2000 * b"\x00\x80\0\0\0\0")  # a text without end, in empty parts
         with contextlib.suppress(ConnectionResetError):
-            while raw.recv(4096):  # waits 10 s at most
+            while raw.recv(4096):
                 pass
     asyncio.run(answers_still(host))
 
@@ -246,10 +248,29 @@ def test_nothing_is_drawn_for_nobody():
         assert host.ask()["draws"] == draws
 
 
-def test_a_visitor_that_falls_silent_is_forgotten():
-    with WebHost("--ping", "0.2") as host, connect_raw(host) as silent:
+@pytest.mark.parametrize("reads", [True, False])
+def test_a_visitor_that_falls_silent_is_forgotten(reads):
+    with WebHost("--ping", "0.3") as host, connect_raw(host) as silent:
         text = b'{"type": "key_down", "key": "w"}'
         silent.sendall(struct.pack("!BB4s", 0x81, 0x80 | len(text), bytes(4)) + text)
         host.wait_for_event("key_down", key="w")
+        if not reads:
+            with contextlib.suppress(ConnectionError):
+                fill(silent)
         host.wait_for_event("key_up", key="w")  # though it has sent none
         assert host.ask()["visitors"] == 0
+
+
+def test_a_finer_frame_that_comes_too_late_is_dropped():
+    canvas = WebCanvas()
+    dark, bright = (np.full((64, 64, 4), value, np.uint8) for value in (20, 200))
+
+    async def run():
+        canvas._rc_present_bitmap(data=dark, format="rgba-u8")
+        canvas._refine(canvas._picture)
+        canvas._rc_present_bitmap(data=bright, format="rgba-u8")
+        await asyncio.sleep(0.1)
+
+    asyncio.run(run())
+    assert simplejpeg.decode_jpeg(canvas._frame.data).min() > 190
+    canvas.close()

@@ -1,10 +1,10 @@
 """Visitors of the viewer's server that are no browsers."""
 
 import asyncio
+import contextlib
 import http.client
 import json
 import socket
-from contextlib import asynccontextmanager
 
 import websockets
 
@@ -52,7 +52,7 @@ class Client:
             pass
 
 
-@asynccontextmanager
+@contextlib.asynccontextmanager
 async def visit(host, **options):
     where = host.url.replace("http", "ws", 1)
     query = where.partition("?")[2]
@@ -87,3 +87,10 @@ def connect_raw(host):
                 "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode())
     assert raw.recv(4096).startswith(b"HTTP/1.1 101 ")
     return raw
+
+
+def fill(raw):
+    """Send pings, whose answers nobody reads, until the server takes no more."""
+    raw.settimeout(0.7)
+    with contextlib.suppress(TimeoutError):
+        raw.sendall(300_000 * (b"\x89\xf8\0\0\0\0" + bytes(120)))
