@@ -36,7 +36,8 @@ def serve(canvas: WebCanvas, host: str = "127.0.0.1", port: int = 0, token: str 
           open_browser: bool = False, on_ready: Callable[[str], object] | None = None) -> None:
     """Serve `canvas` until it is closed or stopped (`WebCanvas.stop`), or the process is interrupted or terminated.
 
-    Prints nothing and returns normally in all these cases; the port is free then.
+    Prints nothing and returns normally in all these cases; the port is free then. Only a second signal, which comes
+    while it is still ending, raises KeyboardInterrupt.
 
     Parameters
     ----------
@@ -172,7 +173,13 @@ def _stop_on_signals(canvas: WebCanvas) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, lambda *_: canvas.stop()) for number in _SIGNALS}
+
+    def stop(*_: object) -> None:
+        if canvas.should_stop:  # for the second time: whatever it waits for
+            raise KeyboardInterrupt
+        canvas.stop()
+
+    before = {number: signal.signal(number, stop) for number in _SIGNALS}
     try:
         yield
     finally:
