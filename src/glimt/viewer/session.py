@@ -52,7 +52,7 @@ class Session:
     @property
     def title(self) -> str:
         """Of the window or page."""
-        return f"{self.scene.name} - glimt"
+        return f"glimt — {self.scene.name}"
 
     @property
     def window_size(self) -> tuple[int, int]:
