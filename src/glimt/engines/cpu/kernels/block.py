@@ -51,6 +51,7 @@ on, is that of one light."""
 RAY_WORDS, HIT_WORDS, SINGLE_WORDS = RAY.words, HIT.words, SINGLE.words
 PATH_WORDS, POINT_WORDS = PATH.words, POINT.words
 SUM_WORDS = 3 * SLOTS
+OCCLUDER_WORDS = 2 * 32
 """As plain numbers, which is what `stack_floats` takes."""
 
 
@@ -59,7 +60,8 @@ class Block(NamedTuple):
 
     rays, hits: being traced; shadow_rays, shadow_hits; local: rays in the space of an instance; paths, points; sums:
     three planes of radiance, one word for each pixel; active: one int for each packet, the bits of its lanes that hold
-    a ray, and found: of those that have hit something.
+    a ray, and found: of those that have hit something; occluders: for each light the instance and leaf that blocked
+    all shadow rays of the last block (see `occluder`).
     """
 
     rays: object
@@ -72,6 +74,7 @@ class Block(NamedTuple):
     sums: object
     active: object
     found: object
+    occluders: object
 
 
 @inline
@@ -79,7 +82,7 @@ def new_block():
     """Return a block in the memory of the calling kernel."""
     return Block(stack_floats(RAY_WORDS), stack_floats(HIT_WORDS), stack_floats(RAY_WORDS), stack_floats(HIT_WORDS),
                  stack_floats(RAY_WORDS), stack_floats(PATH_WORDS), stack_floats(POINT_WORDS), stack_floats(SUM_WORDS),
-                 stack_ints(PACKETS), stack_ints(PACKETS))
+                 stack_ints(PACKETS), stack_ints(PACKETS), stack_ints(OCCLUDER_WORDS))
 
 
 @inline

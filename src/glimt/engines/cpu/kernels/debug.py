@@ -16,6 +16,7 @@ from glimt.engines.cpu.kernels.create_rays import (
     create_rays,
 )
 from glimt.engines.cpu.kernels.hit import hit_at
+from glimt.engines.cpu.kernels.occluder import forget_occluders
 from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
 from glimt.engines.cpu.kernels.resolve import begin_pixels, store_pixel
 from glimt.engines.cpu.kernels.shade import put_shadow_rays
@@ -122,6 +123,7 @@ def debug_tiles(scene, light_count, view, values, shows, tints, control, counter
     """
     lit, unlit = arrays(scene, light_count, view, counters, recorded), arrays(scene, 0, view, counters, recorded)
     block = new_block()
+    forget_occluders(block)
     height, width, centre = values.shape[0], values.shape[1], np.float32(0.5)
     spread = scalar(lit.view_words, VIEW.spread)
     while True:

@@ -5,6 +5,7 @@ import numpy as np
 from glimt.engines.cpu.kernels.arrays import arrays
 from glimt.engines.cpu.kernels.block import PACKETS, SUM_WORDS, new_block
 from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, create_rays
+from glimt.engines.cpu.kernels.occluder import forget_occluders
 from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
 from glimt.engines.cpu.kernels.resolve import add_finite, begin_pixels, resolve
 from glimt.engines.cpu.kernels.tile import TILE, take_tile
@@ -36,6 +37,7 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
     """
     here = arrays(scene, light_count, view, counters, recorded)
     block, totals, inside = new_block(), stack_floats(SUM_WORDS), stack_ints(PACKETS)
+    forget_occluders(block)
     height, width = film.shape[0], film.shape[1]
     step = np.float32(1) / np.float32(samples)
     spread = scalar(here.view_words, VIEW.spread) * step

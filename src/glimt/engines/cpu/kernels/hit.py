@@ -48,9 +48,9 @@ def replace(hit, lanes, t, u, v, prim, inst):
 
 
 @inline
-def block(hit, lanes):
-    """Return `hit` with a shadow ray's answer in `lanes`: something is in the way."""
-    return Hit(select(lanes, DONE, hit.t), hit.u, hit.v, hit.prim, hit.inst)
+def block(hit, lanes, leaf, inst):
+    """Return `hit` with a shadow ray's answer in `lanes`: something of a leaf is in the way (`prim` holds the leaf)."""
+    return Hit(select(lanes, DONE, hit.t), hit.u, hit.v, select(lanes, leaf, hit.prim), select(lanes, inst, hit.inst))
 
 
 @inline

@@ -55,12 +55,12 @@ def _points(scene, block, packets, spread, depth):
 
 def radiance_of_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, vertices, tangents,
                      materials, textures, levels, texels, lights, light_count, view_words, counters, recorded, room,
-                     rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found, packets, spread,
-                     max_bounces):
+                     rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found, occluders,
+                     packets, spread, max_bounces):
     """Do what `radiance` asks for."""
     scene = Arrays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, vertices, tangents,
                    materials, textures, levels, texels, lights, light_count, view_words, counters, recorded, room)
-    block = Block(rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found)
+    block = Block(rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found, occluders)
     for depth in range(max_bounces + 1):
         intersect(scene, block, packets, depth == 0)
         packets = _points(scene, block, packets, spread, depth)
@@ -75,7 +75,7 @@ def radiance_of_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances
 
 _FLOATS, _INTS, _LONGS = (types.CPointer(kind) for kind in (types.float32, types.int32, types.int64))
 RADIANCE = SharedKernel(radiance_of_rays, (*[_FLOATS] * 13, types.int64, _FLOATS, _LONGS, _FLOATS, types.int64,
-                                           *[_FLOATS] * 8, _INTS, _INTS, types.int32, types.float32, types.int64))
+                                           *[_FLOATS] * 8, *[_INTS] * 3, types.int32, types.float32, types.int64))
 _call = RADIANCE.call
 
 

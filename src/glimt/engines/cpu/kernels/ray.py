@@ -111,6 +111,8 @@ def leaf(words, inst, code, rays, singles, hits, slot, occlusion):
             if this > 0 and (this < t or (this == t and before)):
                 if occlusion:
                     store_scalar(hits, HIT.t + slot, DONE)
+                    store_scalar_int(hits, HIT.prim + slot, code)
+                    store_scalar_int(hits, HIT.inst + slot, inst)
                 else:
                     store_scalar(hits, HIT.t + slot, this)
                     store_scalar(hits, HIT.u + slot, extract(us, j))

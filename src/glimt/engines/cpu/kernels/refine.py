@@ -20,6 +20,7 @@ from glimt.engines.cpu.kernels.contrast import (
     load_contrasts,
 )
 from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH, packet_pixels, put_rays
+from glimt.engines.cpu.kernels.occluder import forget_occluders
 from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
 from glimt.engines.cpu.kernels.resolve import begin_pixels, finite_samples, store_pixel
 from glimt.engines.cpu.kernels.tile import TILE, take_tile
@@ -247,6 +248,7 @@ def refine_tiles(scene, light_count, view, film, first, max_bounces, control, co
     """
     here = arrays(scene, light_count, view, counters, recorded)
     block, memory = new_block(), new_refine_memory()
+    forget_occluders(block)
     while True:
         left, top = take_tile(control, film.shape[1], film.shape[0])
         if top < 0 or not refine_tile(here, block, memory, film, first, left, top, max_bounces, control):

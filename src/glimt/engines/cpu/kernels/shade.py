@@ -7,8 +7,8 @@ from glimt.engines.cpu.kernels.block import HIT, POINT, RAY, SLOTS, first_slot, 
 from glimt.engines.cpu.kernels.hit import no_hit, store_hit
 from glimt.engines.cpu.kernels.light import light_sample
 from glimt.engines.cpu.kernels.material import material_eval
+from glimt.engines.cpu.kernels.occluder import trace_shadow_rays
 from glimt.engines.cpu.kernels.packet import fill_idle, set_up
-from glimt.engines.cpu.kernels.traverse import OCCLUSION, trace
 from glimt.kernel import inline
 from glimt.lanes import any_lane, dot, f32, load, load3, maximum, reciprocal, scalar3, select, select3, store, store3
 from glimt.layout import COUNT_SHADOW, LIGHT
@@ -62,7 +62,7 @@ def shade(scene, block, packets):
         if todo == 0:
             continue
         count_rays(scene, COUNT_SHADOW, block.shadow_rays, block.shadow_hits, todo)
-        trace(scene, block.shadow_rays, block.local, block.shadow_hits, OCCLUSION, todo)
+        trace_shadow_rays(scene, block, todo, index)
         while todo:
             slot = first_slot(todo)
             todo &= todo - 1

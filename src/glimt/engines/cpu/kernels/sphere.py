@@ -25,6 +25,6 @@ def sphere_hit(scene, inst, record, rays, hit, occlusion):
         enter = nearest - half_chord
         t = select(enter > 0.0, enter, nearest + half_chord)
         if occlusion:
-            return block(hit, met & (t > 0.0) & (t < hit.t))
+            return block(hit, met & (t > 0.0) & (t < hit.t), 0, inst)
         return replace(hit, met & closer(hit, t, inst, 0), t, f32(0.0), f32(0.0), 0, inst)
     return hit

@@ -13,6 +13,7 @@ from glimt.engines.cpu.kernels.sphere import sphere_hit
 from glimt.engines.cpu.kernels.triangle import triangle_leaf
 from glimt.kernel import SharedKernel, inline, routine
 from glimt.lanes import (
+    any_lane,
     bits,
     count_trailing_zeros,
     dot,
@@ -41,6 +42,7 @@ from glimt.layout import (
     INSTANCE,
     INSTANCE_BLOCK,
     LEAF_STEP,
+    MISS,
     NODE,
     SPHERE_KIND,
     STACK_SIZE,
@@ -278,6 +280,16 @@ def _sphere(scene, inst, record, bundle, packets):
 
 
 @inline
+def _in_space_of(scene, record, bundle, packets):
+    """Return the Bundle of some packets in the space of an instance's mesh."""
+    rays = bundle.rays
+    if scalar_int(scene.instances, record + INSTANCE.identity) == 0:
+        to_object(scene, record, bundle, packets)
+        rays = bundle.local
+    return Bundle(rays, rays, bundle.hits, bundle.shared_origin, bundle.occlusion)
+
+
+@inline
 def _instances(scene, code, bundle, lanes, pending):
     """Test the spheres and walk the meshes of a leaf of the scene's tree."""
     base = np.int64(code // LEAF_STEP) * INSTANCE_BLOCK.words
@@ -287,12 +299,7 @@ def _instances(scene, code, bundle, lanes, pending):
         if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
             _sphere(scene, inst, record, bundle, packets_of(lanes))
             continue
-        rays = bundle.rays
-        if scalar_int(scene.instances, record + INSTANCE.identity) == 0:
-            to_object(scene, record, bundle, packets_of(lanes))
-            rays = bundle.local
-        local = Bundle(rays, rays, bundle.hits, bundle.shared_origin, bundle.occlusion)
-        _mesh(scene, inst, record, local, lanes, pending)
+        _mesh(scene, inst, record, _in_space_of(scene, record, bundle, packets_of(lanes)), lanes, pending)
 
 
 @inline
@@ -317,11 +324,30 @@ def _walk_scene(scene, bundle, packets, span, pending):
                 break
 
 
-def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, rays, local, hits, flags, packets):
+@inline
+def _try_leaf(scene, inst, leaf, bundle, packets):
+    """Test one leaf of an instance, or a sphere; return the packets that still look for something."""
+    record = np.int64(inst) * INSTANCE.words
+    if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
+        _sphere(scene, inst, record, bundle, packets)
+    else:
+        _triangles(scene, inst, leaf, _in_space_of(scene, record, bundle, packets), all_lanes_of(packets))
+    left = np.int32(0)
+    while packets:
+        if any_lane(load(bundle.hits, HIT.t + first_slot(packets)) > 0.0):
+            left |= packets & -packets
+        packets &= packets - 1
+    return left
+
+
+def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, rays, local, hits, flags, packets,
+               first_inst, first_leaf):
     """Do what `trace` asks for: the half of every kernel that follows rays."""
     scene = Trees(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances)
     bundle = Bundle(rays, local, hits, flags & SHARED_ORIGIN != 0, flags & OCCLUSION != 0)
     pending, alone = new_pending(), False
+    if first_inst != MISS:
+        packets = _try_leaf(scene, first_inst, first_leaf, bundle, packets)
     while packets:
         group, span = _next_group(rays, packets, alone, bundle.shared_origin)
         alone = group != packets
@@ -331,15 +357,17 @@ def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, rays
 
 
 _FLOATS = types.CPointer(types.float32)
-TRACE = SharedKernel(trace_rays, (*[_FLOATS] * 8, types.int32, types.int32))
+TRACE = SharedKernel(trace_rays, (*[_FLOATS] * 8, *[types.int32] * 4))
 _call = TRACE.call
 
 
 @inline
-def trace(scene, rays, local, hits, flags, packets):
+def trace(scene, rays, local, hits, flags, packets, first_inst=MISS, first_leaf=MISS):
     """Find the hits of some packets of a block, or only whether there are any: rays are set up, hits begun.
 
+    What may be met is known with OCCLUSION from `inst` and `prim` of an earlier hit in the same scene: that leaf of an
+    instance is tested first (MISS: none is).
     `scene` is `Trees` or anything that has its fields.
     """
     _call((scene.tlas_nodes, scene.tlas_blocks, scene.blas_nodes, scene.blas_blocks, scene.instances, rays, local, hits,
-           flags, packets))
+           flags, packets, first_inst, first_leaf))

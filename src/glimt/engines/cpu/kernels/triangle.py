@@ -81,7 +81,7 @@ def triangle_leaf(scene, inst, code, rays, hit, occlusion):
             inside = inside & near
             prim = scalar_int(words, base + TRIANGLE_BLOCK.prim + j)
             if occlusion:
-                hit = block(hit, inside & (t > 0.0) & (t < hit.t))
+                hit = block(hit, inside & (t > 0.0) & (t < hit.t), np.int32(code), inst)
             else:
                 hit = replace(hit, inside & closer(hit, t, inst, prim), t, u, v, prim, inst)
     return hit
