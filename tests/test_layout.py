@@ -9,8 +9,8 @@ STRUCTS = {name: struct for name, struct in vars(layout).items() if hasattr(stru
 
 
 def test_all_structs_are_known():
-    assert set(STRUCTS) == {"NODE", "TRIANGLE_BLOCK", "INSTANCE_BLOCK", "VERTEX", "TANGENT", "TRIANGLE", "INSTANCE",
-                            "MATERIAL", "TEXTURE", "LEVEL", "LIGHT", "VIEW"}
+    assert set(STRUCTS) == {"NODE", "COMPRESSED_NODE", "TRIANGLE_BLOCK", "INSTANCE_BLOCK", "VERTEX", "TANGENT",
+                            "TRIANGLE", "INSTANCE", "MATERIAL", "TEXTURE", "LEVEL", "LIGHT", "VIEW"}
 
 
 @pytest.mark.parametrize("name", STRUCTS)
@@ -28,8 +28,8 @@ def test_offsets_are_those_of_the_dtype_without_gaps(name):
 
 
 @pytest.mark.parametrize(("name", "words"), [
-    ("NODE", 64), ("TRIANGLE_BLOCK", 40), ("INSTANCE_BLOCK", 4), ("VERTEX", 8), ("TANGENT", 4), ("TRIANGLE", 4),
-    ("INSTANCE", 36), ("MATERIAL", 16), ("TEXTURE", 8), ("LEVEL", 4), ("LIGHT", 20), ("VIEW", 21),
+    ("NODE", 64), ("COMPRESSED_NODE", 20), ("TRIANGLE_BLOCK", 40), ("INSTANCE_BLOCK", 4), ("VERTEX", 8), ("TANGENT", 4),
+    ("TRIANGLE", 4), ("INSTANCE", 36), ("MATERIAL", 16), ("TEXTURE", 8), ("LEVEL", 4), ("LIGHT", 20), ("VIEW", 21),
 ])
 def test_words(name, words):
     """Records are read from other languages too: a change of size is no accident."""
