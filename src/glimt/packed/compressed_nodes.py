@@ -109,7 +109,7 @@ def compress_tree(nodes: Words, roots: NDArray[np.int32]) -> CompressedTree:
     Parameters
     ----------
     nodes : float32
-        NODE words; coordinates below 1e37 in size.
+        NODE words; coordinates below 1e36 in size.
     roots : (r,) int32
         A node for each tree, no two the same: they become nodes 0 to r - 1.
     """
