@@ -94,10 +94,9 @@ def test_a_ray_reads_less_than_in_a_plain_binary_tree(real_scenes, name):
                              by_octant)
         bytes_per_ray[make] = nodes.mean() * node_bytes + leaves.mean() * BLOCK_BYTES
         found.append(t)
-        print(f"{name} {make}: {nodes.mean():.1f} nodes, {leaves.mean():.1f} blocks, {bytes_per_ray[make]:.0f} bytes")
     for t in found[1:]:
         np.testing.assert_allclose(t, found[0], rtol=1e-12)
     assert np.isfinite(found[0]).mean() > 0.4
     assert bytes_per_ray["compressed"] < 0.6 * bytes_per_ray["binary"]
-    assert bytes_per_ray["by octant"] < 0.6 * bytes_per_ray["binary"]
-    assert bytes_per_ray["compressed"] < 0.6 * bytes_per_ray["wide"]
+    assert bytes_per_ray["compressed"] < 0.5 * bytes_per_ray["wide"]
+    assert bytes_per_ray["by octant"] < 0.8 * bytes_per_ray["binary"]

@@ -80,11 +80,14 @@ class CompressedTrees(NamedTuple):
     tlas_depth: int
 
 
-def compress(scene: PackedScene) -> CompressedTrees:
+def compress(scene: PackedScene, before: CompressedTrees | None = None) -> CompressedTrees:
     """Return the trees of a scene in compressed nodes.
 
-    The meshes' part depends on nothing but `blas_nodes` and `blas_blocks`, which stay the same objects when a scene is
-    packed again with the same meshes.
+    Parameters
+    ----------
+    before : CompressedTrees, optional
+        Of a scene whose `blas_nodes` and `blas_blocks` are the same objects, as when only instances have moved: its
+        meshes are taken over, and only the scene's own tree is new.
     """
     upper = compress_tree(scene.tlas_nodes, np.zeros(1, np.int32))
     if (upper.counts != 1).any():
@@ -93,14 +96,18 @@ def compress(scene: PackedScene) -> CompressedTrees:
     records = scene.instances.view(dtype(INSTANCE))
     placed = instances[records["kind"][instances] == MESH_KIND]  # a scene without instances has a record never read
     old_roots, which = np.unique(records["root"][placed], return_inverse=True)
-    lower = compress_tree(scene.blas_nodes, old_roots)
     roots = np.full(len(records), -1, np.int32)
     roots[placed] = which
+    tlas_instances = instances if instances.size else np.zeros(1, np.int32)
+    if before:
+        return before._replace(tlas_nodes=upper.nodes, tlas_instances=tlas_instances, roots=roots,
+                               tlas_depth=upper.depth)
+    lower = compress_tree(scene.blas_nodes, old_roots)
     blocks = scene.blas_blocks.view(np.uint32).reshape(-1, TRIANGLE_BLOCK.words)[lower.blocks].ravel()
     return CompressedTrees(
         blas_nodes=lower.nodes, blas_blocks=blocks if blocks.size else np.zeros(TRIANGLE_BLOCK.words, np.uint32),
-        tlas_nodes=upper.nodes, tlas_instances=instances if instances.size else np.zeros(1, np.int32),
-        roots=roots, blas_depth=lower.depth, tlas_depth=upper.depth)
+        tlas_nodes=upper.nodes, tlas_instances=tlas_instances, roots=roots,
+        blas_depth=lower.depth, tlas_depth=upper.depth)
 
 
 def compress_tree(nodes: Words, roots: NDArray[np.int32]) -> CompressedTree:
