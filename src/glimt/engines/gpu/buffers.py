@@ -1,0 +1,151 @@
+"""Buffers that hold NumPy arrays on the GPU, and bind groups."""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt.engines.gpu.adapters import import_wgpu
+from glimt.engines.gpu.device import Device
+from glimt.errors import GlimtError
+
+Kind = Literal["uniform", "read", "write"]
+"""How kernels use a buffer: ``var<uniform>``, ``var<storage, read>`` or ``var<storage, read_write>``."""
+
+_TYPES = {"uniform": "uniform", "read": "read-only-storage", "write": "storage"}
+_LEAST_BYTES = 256
+_GROWTH = 1.5
+
+
+class Buffer:
+    """Words on the GPU; memory is kept as long as it suffices.
+
+    Parameters
+    ----------
+    device : Device
+    label : str
+        What is in it, for errors: "the meshes' trees".
+    nbytes : int
+        Room to begin with.
+    extra_usage : int
+        wgpu.BufferUsage beyond storage, uniform and copies: INDIRECT where it holds the size of a dispatch.
+
+    Attributes
+    ----------
+    handle : wgpu.GPUBuffer
+        Another one after it had to grow: bind groups that hold it are made anew.
+    nbytes : int
+        How much of it is in use.
+    """
+
+    def __init__(self, device: Device, label: str, nbytes: int = 0, *, extra_usage: int = 0) -> None:
+        usage = import_wgpu().BufferUsage
+        self._device, self._label = device, label
+        self._usage = usage.STORAGE | usage.UNIFORM | usage.COPY_DST | usage.COPY_SRC | extra_usage
+        self.handle: Any = None
+        self.reserve(nbytes)
+
+    def reserve(self, nbytes: int) -> None:
+        """Have room for so many bytes; what was in it is lost when it grows."""
+        self.nbytes = nbytes
+        if self.handle is not None and nbytes <= self.handle.size:
+            return
+        most = min(self._device.limits[name] for name in ("max-storage-buffer-binding-size", "max-buffer-size"))
+        if nbytes > most:
+            raise GlimtError(f"{self._label} takes {nbytes / 2**20:,.0f} MiB, more than the {most / 2**20:,.0f} MiB of "
+                             f"a buffer of {self._device.adapter.summary}; choose the CPU engine")
+        size = max(nbytes, _LEAST_BYTES)
+        if self.handle is not None:
+            size = max(size, min(most, int(self.handle.size * _GROWTH)))
+            self.destroy()
+        with self._device.doing(f"making room for {self._label}"):
+            self.handle = self._device.gpu.create_buffer(label=self._label, size=min(-(-size // 16) * 16, most),
+                                                         usage=self._usage)
+
+    def upload(self, array: NDArray[Any]) -> None:
+        """Take over an array of 4-byte words, before what is submitted next runs."""
+        words = np.ascontiguousarray(array)
+        if words.dtype.itemsize % 4:
+            raise TypeError(f"{self._label}: {words.dtype} is not made of 4-byte words")
+        self.reserve(words.nbytes)
+        if words.nbytes:
+            with self._device.doing(f"uploading {self._label}"):
+                self._device.gpu.queue.write_buffer(self.handle, 0, words.reshape(-1).view(np.uint32))
+
+    def destroy(self) -> None:
+        """Give back its memory, once what was submitted has run."""
+        self.handle.destroy()
+
+
+class Download:
+    """Brings words back from the GPU, through memory that is kept."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._staging: Any = None
+        self._nbytes = 0
+
+    def record(self, encoder: Any, source: Buffer, nbytes: int | None = None, offset: int = 0) -> None:
+        """Have `nbytes` of a buffer, by default what is in use, copied after what was recorded before."""
+        self._nbytes = source.nbytes - offset if nbytes is None else nbytes
+        if self._staging is None or self._staging.size < self._nbytes:
+            usage = import_wgpu().BufferUsage
+            if self._staging is not None:
+                self._staging.destroy()
+            with self._device.doing("making room for what comes back"):
+                self._staging = self._device.gpu.create_buffer(
+                    label="download", size=self._nbytes, usage=usage.MAP_READ | usage.COPY_DST)
+        encoder.copy_buffer_to_buffer(source.handle, offset, self._staging, 0, self._nbytes)
+
+    def take(self, out: NDArray[Any]) -> NDArray[Any]:
+        """Wait for what was recorded and submitted, and write it into a contiguous array of that size; return it."""
+        words = out.reshape(-1).view(np.uint8)
+        if not np.shares_memory(words, out) or words.nbytes != self._nbytes:
+            raise ValueError(f"an array of {out.nbytes} bytes cannot take the {self._nbytes} of a download")
+        with self._device.doing("waiting for results"):
+            self._device.wait(self._staging.map_async(import_wgpu().MapMode.READ, 0, self._nbytes))
+            try:
+                words[:] = np.frombuffer(self._staging.read_mapped(copy=False), np.uint8)
+            finally:
+                self._staging.unmap()
+        return out
+
+    def read(self, source: Buffer, out: NDArray[Any]) -> NDArray[Any]:
+        """Return what is in a buffer now, as `out`."""
+        with self._device.doing("reading results"):
+            encoder = self._device.gpu.create_command_encoder()
+            self.record(encoder, source, out.nbytes)
+            self._device.gpu.queue.submit([encoder.finish()])
+        return self.take(out)
+
+
+class Bindings:
+    """The layout of a bind group, and the group made for it last.
+
+    Parameters
+    ----------
+    device : Device
+    kinds : sequence of (binding, kind)
+    """
+
+    def __init__(self, device: Device, kinds: Sequence[tuple[int, Kind]]) -> None:
+        self._device = device
+        self._numbers = [number for number, _ in kinds]
+        self._handles: list[Any] = []
+        self._group: Any = None
+        visible = import_wgpu().ShaderStage.COMPUTE
+        with device.doing("laying out bindings"):
+            self.layout = device.gpu.create_bind_group_layout(entries=[
+                {"binding": number, "visibility": visible, "buffer": {"type": _TYPES[kind]}} for number, kind in kinds])
+
+    def group(self, buffers: Sequence[Buffer]) -> Any:
+        """Return the bind group of buffers, in the order of the kinds; the last one if they are the same."""
+        handles = [buffer.handle for buffer in buffers]
+        if self._group is None or any(a is not b for a, b in zip(handles, self._handles, strict=True)):
+            entries = [{"binding": number, "resource": {"buffer": handle, "offset": 0, "size": handle.size}}
+                       for number, handle in zip(self._numbers, handles, strict=True)]
+            with self._device.doing("binding buffers"):
+                self._group = self._device.gpu.create_bind_group(layout=self.layout, entries=entries)
+            self._handles = handles
+        return self._group

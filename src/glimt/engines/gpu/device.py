@@ -1,0 +1,138 @@
+"""A GPU opened for compute, and what its errors mean."""
+
+import contextlib
+import os
+from collections.abc import Iterator
+from typing import Any
+
+from glimt.engines.gpu.adapters import (
+    LEAST_LIMITS,
+    AdapterInfo,
+    choose_adapter,
+    import_wgpu,
+    list_adapters,
+    shortfall,
+    silent_drivers,
+    wgpu_log,
+)
+from glimt.errors import GlimtError
+
+__all__ = ["AdapterInfo", "Device", "list_adapters", "open_device"]
+
+MOST_BINDING_BYTES = (2 << 30) - 4
+"""Of one storage buffer: what 32-bit offsets of words reach by far, and what drivers are good for."""
+_LOOK_SECONDS = 0.5
+
+
+class Device:
+    """A GPU opened for compute.
+
+    Attributes
+    ----------
+    adapter : AdapterInfo
+    gpu : wgpu.GPUDevice
+    limits : dict
+        By WebGPU's names, such as "max-storage-buffer-binding-size".
+    has_timestamps : bool
+        Whether passes can be timed.
+    tick_seconds : float
+        Of timestamps.
+    kept : dict
+        Shader modules and pipelines made so far, by what they were made of.
+    """
+
+    def __init__(self, adapter: AdapterInfo, gpu: Any) -> None:
+        self.adapter, self.gpu = adapter, gpu
+        self.limits: dict[str, int] = dict(gpu.limits)
+        self.has_timestamps = "timestamp-query" in gpu.features
+        self.tick_seconds = 1e-9 * _timestamp_period(gpu)
+        self.kept: dict[Any, Any] = {}
+
+    @contextlib.contextmanager
+    def doing(self, what: str) -> Iterator[None]:
+        """Turn errors of wgpu into ours; `what` completes "the GPU failed while …"."""
+        wgpu = import_wgpu()
+        try:
+            with wgpu_log.silent():
+                yield
+        except wgpu.GPUOutOfMemoryError as error:
+            raise GlimtError(f"the GPU has not enough memory while {what} ({self.adapter.summary}); choose a smaller "
+                             "picture or scene, or the CPU engine") from error
+        except (wgpu.GPUError, RuntimeError) as error:
+            if self._is_lost():
+                raise GlimtError(f"the GPU was lost while {what} ({self.adapter.summary}): its driver was reset or it "
+                                 f"was taken away; start again, or choose the CPU engine. {wgpu_log.reason}") from error
+            raise GlimtError(f"the GPU failed while {what} ({self.adapter.summary}): {_gist(str(error))}; the CPU "
+                             "engine can do without") from error
+
+    def wait(self, promise: Any) -> None:
+        """Wait for what wgpu promises; awake for Ctrl-C, and an error when the device is lost meanwhile."""
+        done = promise._thread_event  # `sync_wait` has no end when the device is lost
+        while not done.wait(_LOOK_SECONDS):
+            self.gpu.create_command_encoder().finish()  # an error when the device is lost
+        promise.sync_wait()
+
+    def close(self) -> None:
+        """Give back all memory; the device is of no use any more."""
+        self.kept.clear()
+        self.gpu.destroy()
+
+    def _is_lost(self) -> bool:
+        wgpu = import_wgpu()
+        try:
+            with wgpu_log.silent():
+                self.gpu.create_command_encoder().finish()
+        except wgpu.GPUError as error:
+            return "lost" in str(error)
+        return False
+
+
+def open_device(*, software: bool = False, group: tuple[int, int] = (16, 16)) -> Device:
+    """Open the best adapter.
+
+    Limits that code is written for are asked for as they are needed, so that no kernel works by chance where it was
+    written; sizes of buffers, which the scene decides, as large as the adapter has them.
+
+    Parameters
+    ----------
+    software : bool
+        True takes a driver that computes on the CPU, for tests. Else GLIMT_GPU says which adapter: "software", part of
+        a summary, or when it is not set the best GPU.
+    group : (width, height)
+        Largest workgroup that will be asked for.
+
+    Raises
+    ------
+    GlimtError
+        When wgpu is not installed, there is no adapter, or it lacks something.
+    """
+    info = choose_adapter(list_adapters(), "software" if software else os.environ.get("GLIMT_GPU", ""))
+    limits = info.handle.limits
+    needed = LEAST_LIMITS | {"max-compute-invocations-per-workgroup": max(256, group[0] * group[1]),
+                             "max-compute-workgroup-size-x": max(256, group[0]),
+                             "max-compute-workgroup-size-y": max(256, group[1])}
+    missing = shortfall(limits, needed)
+    if missing:
+        raise GlimtError(f"{info.summary} cannot run workgroups of {group[0]}×{group[1]}: {missing}")
+    for name in ("max-storage-buffer-binding-size", "max-buffer-size"):
+        needed[name] = min(limits[name], MOST_BINDING_BYTES)
+    features = ["timestamp-query"] if "timestamp-query" in info.handle.features else []
+    try:
+        with silent_drivers():
+            gpu = info.handle.request_device_sync(label="glimt", required_features=features, required_limits=needed)
+    except RuntimeError as error:
+        raise GlimtError(f"{info.summary} cannot be opened: {_gist(str(error))}; update its driver, or choose the CPU "
+                         "engine") from error
+    return Device(info, gpu)
+
+
+def _timestamp_period(gpu: Any) -> float:
+    """Return the nanoseconds of a timestamp's tick, which wgpu leaves to its caller."""
+    from wgpu.backends.wgpu_native import lib
+    return float(lib.wgpuQueueGetTimestampPeriod(gpu.queue._internal))
+
+
+def _gist(message: str) -> str:
+    """Return wgpu's message as one line."""
+    lines = [line.strip() for line in message.splitlines()]
+    return " ".join(line for line in lines if line and line not in ("Validation Error", "Caused by:"))
