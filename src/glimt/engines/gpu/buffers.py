@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 from glimt.engines.gpu.adapters import import_wgpu
 from glimt.engines.gpu.device import Device
 from glimt.errors import GlimtError
+from glimt.layout import FRAME
 
-Kind = Literal["uniform", "read", "write"]
-"""How kernels use a buffer: ``var<uniform>``, ``var<storage, read>`` or ``var<storage, read_write>``."""
+Kind = Literal["frame", "uniform", "read", "write"]
+"""How kernels use a buffer: ``var<uniform>`` ("frame": a FRAME record, at an offset that each dispatch gives),
+``var<storage, read>`` or ``var<storage, read_write>``."""
 
-_TYPES = {"uniform": "uniform", "read": "read-only-storage", "write": "storage"}
+_TYPES = {"frame": "uniform", "uniform": "uniform", "read": "read-only-storage", "write": "storage"}
 _LEAST_BYTES = 256
 _GROWTH = 1.5
 
@@ -137,14 +139,17 @@ class Bindings:
         visible = import_wgpu().ShaderStage.COMPUTE
         with device.doing("laying out bindings"):
             self.layout = device.gpu.create_bind_group_layout(entries=[
-                {"binding": number, "visibility": visible, "buffer": {"type": _TYPES[kind]}} for number, kind in kinds])
+                {"binding": number, "visibility": visible, "buffer": {"type": _TYPES[kind],
+                                                                          "has_dynamic_offset": kind == "frame"}}
+                for number, kind in kinds])
+        self._sizes = [4 * FRAME.words if kind == "frame" else None for _, kind in kinds]
 
     def group(self, buffers: Sequence[Buffer]) -> Any:
         """Return the bind group of buffers, in the order of the kinds; the last one if they are the same."""
         handles = [buffer.handle for buffer in buffers]
         if self._group is None or any(a is not b for a, b in zip(handles, self._handles, strict=True)):
-            entries = [{"binding": number, "resource": {"buffer": handle, "offset": 0, "size": handle.size}}
-                       for number, handle in zip(self._numbers, handles, strict=True)]
+            entries = [{"binding": number, "resource": {"buffer": handle, "offset": 0, "size": size or handle.size}}
+                       for number, handle, size in zip(self._numbers, handles, self._sizes, strict=True)]
             with self._device.doing("binding buffers"):
                 self._group = self._device.gpu.create_bind_group(layout=self.layout, entries=entries)
             self._handles = handles

@@ -8,6 +8,7 @@ import numpy as np
 from glimt.engines.gpu.adapters import import_wgpu
 from glimt.engines.gpu.buffers import Buffer, Download
 from glimt.engines.gpu.device import Device
+from glimt.layout import FRAME
 
 MOST_TIMED = 128
 """Passes of one submission that are timed; those after that run untimed."""
@@ -86,7 +87,7 @@ class Commands:
             self._encoder = device.gpu.create_command_encoder()
 
     def dispatch(self, label: str, pipeline: Any, groups: list[Any], size: tuple[int, int, int] | Buffer,
-                 offset: int = 0) -> None:
+                 offset: int = 0, frame: int | None = None) -> None:
         """Run a kernel as a pass of its own.
 
         Parameters
@@ -98,12 +99,15 @@ class Commands:
         size : (x, y, z) or Buffer
             How many workgroups; of an indirect buffer, the three words from byte `offset` on when the pass begins.
         offset : int
+        frame : int, optional
+            Which FRAME record group 0 is to see.
         """
         with self._device.doing(f"recording {label}"):
             work = self._encoder.begin_compute_pass(label=label, timestamp_writes=self._timestamps(label))
             work.set_pipeline(pipeline)
             for number, group in enumerate(groups):
-                work.set_bind_group(number, group)
+                offsets = [4 * FRAME.words * frame] if frame is not None and number == 0 else []
+                work.set_bind_group(number, group, offsets)
             if isinstance(size, Buffer):
                 work.dispatch_workgroups_indirect(size.handle, offset)
             else:

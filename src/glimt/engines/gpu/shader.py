@@ -67,16 +67,20 @@ def kernel(stem: str) -> Part:
     return Part(file.name, file.read_text(encoding="utf-8"))
 
 
-def build(device: Device, stems: Sequence[str]) -> Any:
-    """Return a module of kernel files in the order given, after the layout's constants; made once for each device."""
-    key = ("module", *stems)
+def build(device: Device, stems: Sequence[str], declarations: str = "") -> Any:
+    """Return a module of kernel files in the order given, after the layout's constants; made once for each device.
+
+    `declarations` are WGSL too, for what only the caller knows, such as the size of an array.
+    """
+    key = ("module", declarations, *stems)
     if key not in device.kept:
-        device.kept[key] = compile_parts(device, [layout_constants(), *map(kernel, stems)])
+        device.kept[key] = compile_parts(
+            device, [layout_constants(), Part("declarations", declarations), *map(kernel, stems)])
     return device.kept[key]
 
 
 def pipeline(device: Device, stems: Sequence[str], entry_point: str, layouts: Sequence[Any],
-             constants: Mapping[str, float] | None = None) -> Any:
+             constants: Mapping[str, float] | None = None, declarations: str = "") -> Any:
     """Return a compute pipeline; made once for each device.
 
     Parameters
@@ -89,15 +93,17 @@ def pipeline(device: Device, stems: Sequence[str], entry_point: str, layouts: Se
         Of groups 0, 1, and so on.
     constants : mapping, optional
         Values of the module's ``override`` declarations; a workgroup's size is given as GROUP_WIDTH and GROUP_HEIGHT.
+    declarations : str
+        See `build`.
     """
     given = dict(constants or {})
     group = given.get("GROUP_WIDTH", 1) * given.get("GROUP_HEIGHT", 1)
     most = device.limits["max-compute-invocations-per-workgroup"]
     if group > most:  # wgpu does not check sizes that are overridden
         raise GlimtError(f"a workgroup of {group:g} invocations is more than the {most} that the GPU was opened for")
-    key = ("pipeline", tuple(stems), entry_point, tuple(layouts), tuple(sorted(given.items())))
+    key = ("pipeline", tuple(stems), entry_point, tuple(layouts), tuple(sorted(given.items())), declarations)
     if key not in device.kept:
-        module = build(device, stems)
+        module = build(device, stems, declarations)
         with device.doing(f"compiling {entry_point} of {', '.join(stems)}"):
             device.kept[key] = device.gpu.create_compute_pipeline(
                 label=entry_point, layout=device.gpu.create_pipeline_layout(bind_group_layouts=list(layouts)),

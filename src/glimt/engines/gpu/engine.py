@@ -1,0 +1,226 @@
+"""The engine for graphics processors: the five stages over buffers of rays, band by band."""
+
+import threading
+import time
+from typing import get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt.debug_view import DebugView
+from glimt.engines.engine import Hits, Progress, Samples
+from glimt.engines.gpu.adapters import import_wgpu
+from glimt.engines.gpu.buffers import Buffer, Download
+from glimt.engines.gpu.commands import Commands, Timer
+from glimt.engines.gpu.device import open_device
+from glimt.engines.gpu.scene_buffers import SceneBuffers
+from glimt.engines.gpu.stages import Group, Stages, counter_words, frame_records, path_bytes
+from glimt.errors import GlimtError, RenderCancelled
+from glimt.film import Counters, Film
+from glimt.layout import COUNTER, FRAME, MISS, PATH, VIEW, dtype
+from glimt.packed import PackedScene
+
+_FINEST = 4
+"""Adaptive sampling is not for GPUs, whose neighbours go the same way: every pixel has the samples of the finest."""
+_MOST_PIXELS = 1 << 20
+"""Pixels of a band: with two paths each, the 128 MiB of a binding that every adapter owes."""
+_LEAST_STACK = 16
+_SHOWS: tuple[DebugView, ...] = ("depth", "barycentrics", "instances", "normals", "shadows", "nodes")
+"""In the order of the constants of debug.wgsl."""
+
+
+class GpuEngine:
+    """Renders with compute kernels in WGSL, on Vulkan, Metal or Direct3D 12.
+
+    Parameters
+    ----------
+    threads : int, optional
+        What the host may use beside it.
+    group : (width, height)
+        The shape of a workgroup.
+    counting : bool
+        Count visited nodes and triangle blocks too, in `visits`; slower.
+
+    Attributes
+    ----------
+    visits : dict
+        With `counting`, of the last film: "nodes" and "blocks", (3,) int64 each, by primary, shadow and mirror rays.
+    """
+
+    def __init__(self, threads: int | None = None, *, group: tuple[int, int] = (8, 8), counting: bool = False) -> None:
+        self.threads = threads or 1
+        self._group, self._counting = Group(*group), counting
+        self._device = open_device(group=group)
+        self._scene = SceneBuffers(self._device)
+        own = {name: Buffer(self._device, name) for name in ("frame", "paths", "film", "counters")}
+        own["dispatch"] = Buffer(self._device, "dispatch", 16, extra_usage=import_wgpu().BufferUsage.INDIRECT)
+        self._buffers = {**own, **self._scene.named}
+        self._timer = Timer(self._device)
+        self._sums, self._counts = Download(self._device), Download(self._device)
+        self._stages: Stages | None = None
+        self._light_count = 0
+        self._cancelled, self._busy = threading.Event(), False
+        self._one_at_a_time = threading.Lock()
+        self.visits: dict[str, NDArray[np.int64]] = {}
+
+    @property
+    def description(self) -> str:
+        """What computes."""
+        return self._device.adapter.summary
+
+    def prepare(self, progress: Progress | None = None) -> None:
+        """Do nothing: pipelines depend on how deep a scene's trees are."""
+
+    def upload(self, scene: PackedScene, light_count: int) -> None:
+        """Take over what has changed of a scene."""
+        with self._one_at_a_time:
+            self._scene.upload(scene, light_count)
+            self._light_count = light_count
+            depth = max(_LEAST_STACK, -(-self._scene.stack_depth // 8) * 8)
+            if self._stages is None or self._stages.stack_depth < depth:
+                self._stages = Stages(self._device, self._group, depth, self._counting)
+
+    def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: Samples, max_bounces: int,
+               progress: Progress | None = None, film: Film | None = None) -> Film:
+        """Render the uploaded scene (see `Engine.render`); "adaptive" is 4×4 samples everywhere."""
+        start = time.perf_counter()
+        width, height = size
+        grid = _FINEST if samples == "adaptive" else samples
+        shape = (height, width, 4)
+        sums = film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)
+        totals = np.zeros(counter_words(max_bounces), np.int64)
+        with self._one_at_a_time:
+            self._begin()
+            try:
+                for first, rows in self._bands(width, height):
+                    if progress:
+                        progress("rendering", first / height)
+                    self._tell(view, size, first, rows, grid, max_bounces)
+                    for sample in range(grid * grid):
+                        self._stop_if_cancelled()
+                        wanted = sums[first:first + rows] if sample == grid * grid - 1 else None
+                        totals += self._run_sample(sample, width, rows, max_bounces, wanted)
+                self._stop_if_cancelled()
+            finally:
+                self._busy = False
+        self.visits = {"nodes": totals[COUNTER.nodes:][:3], "blocks": totals[COUNTER.blocks:][:3]}
+        counters = Counters(width * height * grid * grid, int(totals[COUNTER.shadow]),
+                            int(totals[COUNTER.paths + 1:].sum()), int(totals[COUNTER.non_finite]))
+        return Film(sums, counters, time.perf_counter() - start)
+
+    def render_debug(self, view: NDArray[np.float32], size: tuple[int, int], shows: DebugView,
+                     light_tints: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Render numbers a pixel instead of radiance (see `Engine.render_debug`)."""
+        width, height = size
+        values = np.empty((height, width, 4), np.float32)
+        with self._one_at_a_time:
+            self._begin()
+            try:
+                self._scene.write("tints", light_tints)
+                for first, rows in self._bands(width, height):
+                    self._stop_if_cancelled()
+                    self._tell(view, size, first, rows, 1, 0, shows=_SHOWS.index(shows))
+                    self._run(["create_rays", "debug"], 0, self._capacity(width, rows), values[first:first + rows])
+                self._stop_if_cancelled()
+            finally:
+                self._busy = False
+        if shows == "instances":  # floats up to here: GPUs may take the bits of small integers for zeros
+            values[..., :2] = values[..., :2].astype(np.int32).view(np.float32)
+        return values
+
+    def find_hits(self, rays: NDArray[np.float32]) -> Hits:
+        """Return what rays meet first (see `Engine.find_hits`)."""
+        count = rays.shape[1]
+        paths = np.zeros(count, dtype(PATH))
+        paths["origin"], paths["direction"] = rays[:3].T, rays[3:6].T
+        paths["t"] = np.minimum(rays[6], np.float32(3e38))
+        if count > _MOST_PIXELS:
+            raise GlimtError(f"{count:,} rays are more than the {_MOST_PIXELS:,} that a GPU is asked at a time")
+        with self._one_at_a_time:
+            self._tell(np.zeros(int(VIEW.words), np.float32), (count, 1), 0, 1, 1, 0, capacity=count)
+            self._buffers["paths"].upload(paths)
+            counters = np.zeros(counter_words(0), np.uint32)
+            counters[COUNTER.paths] = count
+            self._buffers["counters"].upload(counters)
+            self._run(["intersect"], 0, count)
+            self._sums.read(self._buffers["paths"], paths)
+        inst = paths["inst"].copy()
+        return Hits(np.where(inst == MISS, np.float32(np.inf), paths["t"]), paths["u"].copy(), paths["v"].copy(),
+                    paths["prim"].copy(), inst)
+
+    def cancel(self) -> None:
+        """Stop what is being rendered after the sample at work."""
+        if self._busy:
+            self._cancelled.set()
+
+    def _begin(self) -> None:
+        if self._stages is None:
+            raise GlimtError("no scene was uploaded to the engine")
+        self._cancelled.clear()
+        self._busy = True
+
+    def _stop_if_cancelled(self) -> None:
+        if self._cancelled.is_set():
+            raise RenderCancelled
+
+    def _bands(self, width: int, height: int) -> list[tuple[int, int]]:
+        """Return (first row, rows) of what is rendered at a time: whole tiles, as many as the buffers may hold."""
+        most = min(_MOST_PIXELS, self._device.limits["max-storage-buffer-binding-size"] // path_bytes(1))
+        row = -(-width // self._group.width) * self._group.width
+        rows = max(1, most // row // self._group.height) * self._group.height
+        return [(first, min(rows, height - first)) for first in range(0, height, rows)]
+
+    def _capacity(self, width: int, rows: int) -> int:
+        """Return how many paths a band begins with: those of whole tiles."""
+        return -(-width // self._group.width) * -(-rows // self._group.height) * self._group.size
+
+    def _tell(self, view: NDArray[np.float32], size: tuple[int, int], first: int, rows: int, grid: int,
+              max_bounces: int, shows: int = 0, capacity: int = 0) -> None:
+        """Write what all dispatches of a band are told, and have room for its paths."""
+        width, height = size
+        capacity = capacity or self._capacity(width, rows)
+        self._buffers["paths"].reserve(path_bytes(capacity))
+        self._buffers["film"].reserve(2 * 16 * capacity)
+        base = np.zeros(1, dtype(FRAME))
+        for name, value in {**self._scene.starts, "width": width, "height": height, "first_row": first, "rows": rows,
+                            "capacity": capacity, "light_count": self._light_count, "shows": shows}.items():
+            base[name] = value
+        base["view"] = view
+        records = frame_records(base, grid, max_bounces, float(view[VIEW.spread]))
+        self._buffers["frame"].upload(records.view(np.uint32))
+
+    def _run_sample(self, sample: int, width: int, rows: int, max_bounces: int,
+                    sums: NDArray[np.float32] | None) -> NDArray[np.int64]:
+        """Run all stages of one sample of a band; return its counters, and with the last sample its sums."""
+        counters = np.zeros(counter_words(max_bounces), np.uint32)
+        capacity = counters[COUNTER.paths] = self._capacity(width, rows)
+        self._buffers["counters"].upload(counters)
+        stages = ["create_rays", "intersect", "shade"]
+        for _ in range(max_bounces):
+            stages += ["bounce", "prepare", "intersect", "shade"]
+        self._run([*stages, "resolve"], sample * (max_bounces + 1), int(capacity), sums, counters)
+        taken: NDArray[np.int64] = counters.astype(np.int64)
+        return taken
+
+    def _run(self, stages: list[str], record: int, capacity: int, sums: NDArray[np.float32] | None = None,
+             counters: NDArray[np.uint32] | None = None) -> None:
+        """Submit dispatches, each after the one before, and bring back what is asked for."""
+        assert self._stages is not None
+        commands, depth = Commands(self._device, self._timer), 0
+        for stage in stages:
+            depth += stage == "prepare"  # the mirror rays of the next depth are there
+            whole = depth == 0 or stage == "resolve"
+            self._stages.record(commands, stage, self._buffers, record + (0 if stage == "resolve" else depth),
+                                capacity if whole else 1 if stage == "prepare" else None)
+        if counters is not None:
+            commands.download(self._counts, self._buffers["counters"], counters.nbytes)
+        if sums is not None:
+            commands.download(self._sums, self._buffers["film"], sums.nbytes)
+        commands.submit()
+        if sums is not None:
+            self._sums.take(sums)
+        if counters is not None:
+            self._counts.take(counters)
+
+
+assert set(_SHOWS) == set(get_args(DebugView)), "a debug view that debug.wgsl does not know"

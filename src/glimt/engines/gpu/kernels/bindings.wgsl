@@ -1,0 +1,58 @@
+// What kernels read and write. Records are words, whatever a field's type: see layout.py.
+
+@group(0) @binding(0) var<uniform> frame_words: array<vec4<u32>, FRAME_VECTORS>;
+@group(0) @binding(1) var<storage, read> nodes: array<u32>;      // COMPRESSED_NODE: all meshes', then the scene's
+@group(0) @binding(2) var<storage, read> blocks: array<u32>;     // TRIANGLE_BLOCK, then instance numbers
+@group(0) @binding(3) var<storage, read> records: array<u32>;    // INSTANCE, MATERIAL, TEXTURE, LEVEL, LIGHT
+@group(0) @binding(4) var<storage, read> geometry: array<u32>;   // TRIANGLE, VERTEX, TANGENT
+@group(0) @binding(5) var<storage, read> texels: array<u32>;
+@group(0) @binding(6) var<storage, read_write> paths: array<u32>;    // PATH, twice as many as there are pixels
+@group(0) @binding(7) var<storage, read_write> film: array<f32>;     // of a band: sums, then the sample at work
+@group(0) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
+
+override GROUP_WIDTH: u32 = 8;
+override GROUP_HEIGHT: u32 = 8;
+
+const FAR = 3.0e38;
+const TINY = 1e-30;
+const NOBODY = 0xffffffffu;  // the pixel of a path that has none
+
+fn frame_int(at: u32) -> u32 { return frame_words[at >> 2u][at & 3u]; }
+fn frame_float(at: u32) -> f32 { return bitcast<f32>(frame_int(at)); }
+fn frame_vector(at: u32) -> vec3<f32> { return vec3(frame_float(at), frame_float(at + 1u), frame_float(at + 2u)); }
+
+fn record_int(at: u32) -> i32 { return bitcast<i32>(records[at]); }
+fn record_float(at: u32) -> f32 { return bitcast<f32>(records[at]); }
+fn record_vector(at: u32) -> vec3<f32> {
+    return vec3(record_float(at), record_float(at + 1u), record_float(at + 2u));
+}
+
+fn geometry_float(at: u32) -> f32 { return bitcast<f32>(geometry[at]); }
+fn geometry_vector(at: u32) -> vec3<f32> {
+    return vec3(geometry_float(at), geometry_float(at + 1u), geometry_float(at + 2u));
+}
+
+fn path_float(at: u32) -> f32 { return bitcast<f32>(paths[at]); }
+fn path_vector(at: u32) -> vec3<f32> { return vec3(path_float(at), path_float(at + 1u), path_float(at + 2u)); }
+fn store_path_float(at: u32, value: f32) { paths[at] = bitcast<u32>(value); }
+fn store_path_vector(at: u32, value: vec3<f32>) {
+    store_path_float(at, value.x);
+    store_path_float(at + 1u, value.y);
+    store_path_float(at + 2u, value.z);
+}
+
+// The number of this invocation's path, side by side in the half of `paths` that this depth reads.
+fn path_number(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
+    return (group.y * groups.x + group.x) * (GROUP_WIDTH * GROUP_HEIGHT) + local;
+}
+
+fn path_record(number: u32, half: u32) -> u32 { return (half * frame_int(FRAME_capacity) + number) * PATH_words; }
+
+fn sample_word(pixel: u32) -> u32 { return 4u * (frame_int(FRAME_capacity) + pixel); }
+
+fn add_to_pixel(pixel: u32, light: vec3<f32>) {
+    let at = sample_word(pixel);
+    film[at] += light.x;
+    film[at + 1u] += light.y;
+    film[at + 2u] += light.z;
+}

@@ -1,0 +1,104 @@
+"""A packed scene in the buffers of the GPU, and where in them each kind of record begins."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt.engines.gpu.buffers import Buffer
+from glimt.engines.gpu.device import Device
+from glimt.layout import COMPRESSED_NODE, INSTANCE, LIGHT, dtype
+from glimt.packed import PackedScene
+from glimt.packed.compressed_nodes import CompressedTrees, compress
+
+_LIGHTS_AHEAD = 16
+"""Lights there is room for without laying the records out anew."""
+
+
+class SceneBuffers:
+    """Five buffers: of nodes, leaf blocks, records, geometry and texels.
+
+    Attributes
+    ----------
+    named : dict
+        The buffers by the names that kernels have for them.
+    starts : dict
+        First word of each kind of record in its buffer, by the names of FRAME's fields.
+    stack_depth : int
+        Nodes that a walk down both trees may have to come back to, in one of them.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self.nodes, self.blocks = Buffer(device, "the trees"), Buffer(device, "triangles")
+        self.records, self.geometry = Buffer(device, "instances and materials"), Buffer(device, "vertices")
+        self.texels = Buffer(device, "textures")
+        self.named = {"nodes": self.nodes, "blocks": self.blocks, "records": self.records, "geometry": self.geometry,
+                      "texels": self.texels}
+        self.starts: dict[str, int] = {}
+        self.stack_depth = 0
+        self._light_room = 0
+        self._scene: PackedScene | None = None
+        self._trees: CompressedTrees | None = None
+        self._device = device
+
+    def upload(self, scene: PackedScene, light_count: int) -> None:
+        """Take over what differs from the scene before; lights alone are one small write."""
+        before, self._scene = self._scene, scene
+        if before is not None and _same_but_lights(before, scene) and light_count <= self._light_room:
+            self.write("lights", scene.lights)
+            return
+        self._upload_trees(scene, before)
+        self._upload_records(scene, light_count)
+        if before is None or scene.texels is not before.texels:
+            self.texels.upload(scene.texels)
+        if before is None or any(new is not old for new, old in zip(
+                (scene.triangles, scene.vertices, scene.tangents),
+                (before.triangles, before.vertices, before.tangents), strict=True)):
+            self.starts |= _join(self.geometry, triangles=scene.triangles, vertices=scene.vertices,
+                                 tangents=scene.tangents)
+
+    def _upload_trees(self, scene: PackedScene, before: PackedScene | None) -> None:
+        trees = self._trees = compress(scene)
+        mesh_nodes = trees.blas_nodes.size // COMPRESSED_NODE.words
+        upper = trees.tlas_nodes.reshape(-1, COMPRESSED_NODE.words).copy()
+        upper[:, COMPRESSED_NODE.child_base] += np.uint32(mesh_nodes)
+        self.nodes.upload(np.concatenate([trees.blas_nodes, upper.ravel()]))
+        self.blocks.upload(np.concatenate([trees.blas_blocks, trees.tlas_instances.view(np.uint32)]))
+        self.starts["scene_root"], self.starts["scene_leaves"] = mesh_nodes, trees.blas_blocks.size
+        self.stack_depth = max(trees.blas_depth, trees.tlas_depth)
+
+    def _upload_records(self, scene: PackedScene, light_count: int) -> None:
+        assert self._trees is not None
+        instances = scene.instances.view(dtype(INSTANCE)).copy()
+        instances["root"] = self._trees.roots
+        self._light_room = light_count + _LIGHTS_AHEAD
+        lights = np.zeros(self._light_room * LIGHT.words, np.float32)
+        lights[:scene.lights.size] = scene.lights
+        self.starts |= _join(self.records, instances=instances.view(np.float32), materials=scene.materials,
+                             textures=scene.textures, levels=scene.levels, lights=lights,
+                             tints=np.zeros(3 * self._light_room, np.float32))
+
+    def write(self, name: str, values: NDArray[np.float32]) -> None:
+        """Write records of a kind that there is room for: "lights", or their "tints"."""
+        if values.size:
+            with self._device.doing(f"writing {name}"):
+                self._device.gpu.queue.write_buffer(self.records.handle, 4 * self.starts[name],
+                                                    np.ascontiguousarray(values).reshape(-1).view(np.uint32))
+
+    def destroy(self) -> None:
+        """Give the memory back."""
+        for buffer in self.named.values():
+            buffer.destroy()
+
+
+def _same_but_lights(a: PackedScene, b: PackedScene) -> bool:
+    return all(old is new for name, old, new in zip(a._fields, a, b, strict=True) if name != "lights")
+
+
+def _join(buffer: Buffer, **arrays: NDArray[Any]) -> dict[str, int]:
+    """Upload arrays one after another; return where each begins, in words."""
+    starts, first = {}, 0
+    for name, array in arrays.items():
+        starts[name], first = first, first + array.size
+    buffer.upload(np.concatenate([array.reshape(-1).view(np.uint32) for array in arrays.values()]))
+    return starts

@@ -1,0 +1,92 @@
+"""The five stages as compute pipelines, and the dispatches of a frame."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt.engines.gpu.buffers import Bindings, Buffer, Kind
+from glimt.engines.gpu.commands import Commands
+from glimt.engines.gpu.device import Device
+from glimt.engines.gpu.shader import pipeline
+from glimt.layout import COUNTER, FRAME, PATH
+
+STEMS = ("bindings", "count", "hit", "ray", "camera", "create_rays", "triangle", "sphere", "traverse", "intersect",
+         "light", "texture", "surface", "material", "mirror", "shade", "bounce", "resolve", "prepare", "debug")
+"""Kernel files, in the order in which they are put together."""
+STAGES = ("create_rays", "intersect", "shade", "bounce", "prepare", "resolve", "debug")
+MOST_GROUPS = 65535
+_BUFFERS = ("frame", "nodes", "blocks", "records", "geometry", "texels", "paths", "film", "counters", "dispatch")
+_USES: dict[str, tuple[str, ...]] = {
+    "create_rays": ("frame", "paths", "film"),
+    "intersect": ("frame", "nodes", "blocks", "records", "paths", "counters"),
+    "shade": ("frame", "nodes", "blocks", "records", "geometry", "texels", "paths", "film", "counters"),
+    "bounce": ("frame", "paths", "counters"),
+    "prepare": ("frame", "counters", "dispatch"),
+    "resolve": ("frame", "film", "counters"),
+    "debug": ("frame", "nodes", "blocks", "records", "geometry", "texels", "paths", "film"),
+}
+_WRITTEN = {"paths", "film", "counters", "dispatch"}
+
+
+class Group(NamedTuple):
+    """A workgroup's shape."""
+
+    width: int = 8
+    height: int = 8
+
+    @property
+    def size(self) -> int:
+        """Invocations."""
+        return self.width * self.height
+
+
+class Stages:
+    """Pipelines for one workgroup shape and depth of trees, and the bind groups for the buffers at hand."""
+
+    def __init__(self, device: Device, group: Group, stack_depth: int, counting: bool) -> None:
+        self.group, self.stack_depth, self.counting = group, stack_depth, counting
+        constants: dict[str, float] = {"GROUP_WIDTH": group.width, "GROUP_HEIGHT": group.height}
+        text = (f"const FRAME_VECTORS = {FRAME.words // 4}u;\nconst TREE_STACK = {2 * (7 * stack_depth + 8)}u;\n"
+                f"const COUNTING = {int(counting)}u;\n")
+        self._bindings = {stage: Bindings(device, [(_BUFFERS.index(name), _kind(name)) for name in _USES[stage]])
+                          for stage in STAGES}
+        self._device, self._constants, self._text = device, constants, text
+
+    def record(self, commands: Commands, stage: str, buffers: dict[str, Buffer], frame: int,
+               invocations: int | None) -> None:
+        """Record one dispatch: of so many invocations, or of as many as the dispatch buffer says."""
+        found = pipeline(self._device, STEMS, stage, [self._bindings[stage].layout], self._constants, self._text)
+        group = self._bindings[stage].group([buffers[name] for name in _USES[stage]])
+        size: tuple[int, int, int] | Buffer = buffers["dispatch"]
+        if invocations is not None:
+            groups = -(-invocations // self.group.size)
+            size = min(groups, MOST_GROUPS), -(-groups // MOST_GROUPS), 1
+        commands.dispatch(stage, found, [group], size, frame=frame)
+
+
+def _kind(name: str) -> Kind:
+    return "frame" if name == "frame" else "write" if name in _WRITTEN else "read"
+
+
+def counter_words(max_bounces: int) -> int:
+    """Return how many counters a frame of so many bounces has."""
+    return int(COUNTER.words) + max_bounces + 2
+
+
+def path_bytes(pixels: int) -> int:
+    """Return the size of the paths of a band: two for each pixel."""
+    return 8 * int(PATH.words) * pixels
+
+
+def frame_records(base: NDArray[Any], samples: int, max_bounces: int, spread: float) -> NDArray[Any]:
+    """Return what each dispatch of a band is told: FRAME records by sample, then by bounce."""
+    records = np.repeat(base, samples * samples * (max_bounces + 1))
+    index = np.arange(len(records))
+    sample, depth = index // (max_bounces + 1), index % (max_bounces + 1)
+    records["sample"], records["depth"], records["half"] = sample, depth, depth % 2
+    records["shift_x"] = (sample % samples + np.float32(0.5)) * np.float32(1 / samples)
+    records["shift_y"] = (sample // samples + np.float32(0.5)) * np.float32(1 / samples)
+    records["spread"], records["max_bounces"] = spread / samples, max_bounces
+    return records
+
