@@ -175,8 +175,8 @@ def test_render_refuses_what_makes_no_sense(options, message):
 
 
 def test_unknown_engines_are_refused():
-    with pytest.raises(GlimtError, match="there is no engine 'gpu'; expected 'auto' or 'cpu'"):
-        Renderer(Scene(), engine="gpu")
+    with pytest.raises(GlimtError, match="there is no engine 'tpu'; expected 'auto', 'cpu' or 'gpu'"):
+        Renderer(Scene(), engine="tpu")
 
 
 def test_supersampling_averages_a_grid():

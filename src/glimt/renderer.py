@@ -52,7 +52,8 @@ class Renderer:
     scene : Scene
     threads : int, optional
         None: as many as the process may use.
-    engine : "auto" or "cpu"
+    engine : "auto", "cpu" or "gpu"
+        "auto" is a GPU where there is one and wgpu is installed.
     progress : Progress, optional
         Is told about compiling and building.
     """
@@ -188,7 +189,7 @@ class Renderer:
 
 
 def render(scene: Scene, *, size: tuple[int, int] | None = None, samples: Samples | None = None,
-           max_bounces: int | None = None, threads: int | None = None, time: float = 0.0,
+           max_bounces: int | None = None, threads: int | None = None, engine: str = "cpu", time: float = 0.0,
            linear: bool = False) -> NDArray[Any]:
     """Render a scene.
 
@@ -201,6 +202,8 @@ def render(scene: Scene, *, size: tuple[int, int] | None = None, samples: Sample
         n for n×n samples a pixel; "adaptive" takes up to 4×4 where the picture needs them.
     max_bounces : int, optional
     threads : int, optional
+    engine : "cpu", "gpu" or "auto"
+        The CPU has finished most single pictures before a GPU is ready.
     time : float
         Seconds, for lights that move.
     linear : bool
@@ -219,7 +222,7 @@ def render(scene: Scene, *, size: tuple[int, int] | None = None, samples: Sample
     if size is not None:
         changes["width"], changes["height"] = size
     settings = replace(scene.settings, **{name: value for name, value in changes.items() if value is not None})
-    film = Renderer(replace(scene, settings=settings), threads=threads).render(time)
+    film = Renderer(replace(scene, settings=settings), threads=threads, engine=engine).render(time)
     if linear:
         return np.ascontiguousarray(film.radiance)
     return film.image(settings.exposure, settings.tone_curve)

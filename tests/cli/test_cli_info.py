@@ -5,6 +5,8 @@ import platform
 
 import glimt as api
 from glimt import kernel
+from glimt.engines.gpu import adapters
+from glimt.errors import GlimtError
 
 
 def test_machine(glimt):
@@ -28,6 +30,27 @@ def test_machine_as_json(glimt, monkeypatch, tmp_path):
     assert facts["cache_bytes"] == 5
     assert facts["threads"] >= 1
     assert facts["lanes"] in (4, 8, 16)
+
+
+def test_what_would_render(glimt, monkeypatch):
+    monkeypatch.setattr(adapters, "list_adapters", lambda: [adapters.AdapterInfo("Old Card", "discrete", "Vulkan"),
+                                                            adapters.AdapterInfo("Chip", "integrated", "Vulkan")])
+    facts = json.loads(glimt("info", "--json").out)
+    assert facts["engine"] in ("cpu", "gpu")
+    assert facts["reason"]
+    assert facts["adapters"] == ["Old Card", "Chip"]
+    text = glimt("info", "--engine", "cpu").out
+    assert "engine            cpu\nreason            asked for\nadapters          Old Card, Chip\n" in text
+    usage = glimt("info", "--engine", "tpu")
+    assert usage.code == 2
+    assert "'tpu' is none of auto, cpu, gpu" in usage.err
+
+
+def test_no_adapters_without_wgpu(glimt, monkeypatch):
+    def fail():
+        raise GlimtError("wgpu cannot be loaded")
+    monkeypatch.setattr(adapters, "list_adapters", fail)
+    assert json.loads(glimt("info", "--json").out)["adapters"] == []
 
 
 def test_scene(glimt, tmp_path):

@@ -31,7 +31,7 @@ def test_the_picture_is_the_one_of_the_api(glimt):
 
 def test_options_take_the_place_of_the_scene_file(glimt):
     end = glimt("render", "ball.toml", "-o", "other.bmp", "--size", "20x10", "--samples", "2", "--bounces", "1",
-                "--threads", "1", "--time", "1.5", "--exposure", "0.5")
+                "--threads", "1", "--engine", "cpu", "--time", "1.5", "--exposure", "0.5")
     assert end.code == 0
     assert end.out.startswith("other.bmp: 20×10, ")
     scene = api.load("ball.toml")
@@ -106,6 +106,7 @@ def test_our_errors_are_one_line_and_1(glimt, tmp_path, arguments, message):
 @pytest.mark.parametrize("arguments", [
     [], ["ball.toml", "more.toml"], ["ball.toml", "--colour"], ["ball.toml", "--size", "3"],
     ["ball.toml", "--size", "0x1x2"], ["ball.toml", "--size", "axb"], ["ball.toml", "--threads", "0"],
+    ["ball.toml", "--engine", "tpu"],
     ["ball.toml", "--samples", "two"], ["ball.toml", "--time", "nan"], ["ball.toml", "--exposure", "inf"],
 ])
 def test_wrong_usage_is_2(glimt, arguments):

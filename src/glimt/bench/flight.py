@@ -20,7 +20,7 @@ _TURN = 0.7
 
 
 def measure(scene: Scene, size: tuple[int, int], bounces: int, lights: int | None, seconds: float, budget: float,
-            threads: int | None, tell: Tell = lambda text: None) -> dict[str, Any]:
+            threads: int | None, engine: str = "auto", tell: Tell = lambda text: None) -> dict[str, Any]:
     """Return what a flight of some seconds gave, to be written as JSON; `lights`: instead of the scene's own.
 
     The camera turns all the time and walks to and fro, by the keys and the pointer of the viewer's own controls. A
@@ -30,7 +30,7 @@ def measure(scene: Scene, size: tuple[int, int], bounces: int, lights: int | Non
     tell(f"flight: {seconds:g} s at {size[0]}×{size[1]}")
     lit = replace(scene, settings=replace(scene.settings, max_bounces=bounces),
                   lights=scene.lights if lights is None else ring_of_lights(scene, lights))
-    viewer = Viewer(lit, budget=budget, threads=threads)
+    viewer = Viewer(lit, budget=budget, threads=threads, engine=engine)
     viewer.resize(*size)
     viewer.overlay_level = 2
     frames = _fly(viewer, seconds)

@@ -31,7 +31,8 @@ class SteadyFrames:
     counters: Counters
 
     def __init__(self, scene: Scene, threads: int, swing_deg: float = 0.0) -> None:
-        self._renderer = Renderer(replace(scene), threads=threads)  # a scene of its own, to move its camera
+        own = replace(scene)  # to move its camera
+        self._renderer = Renderer(own, threads=threads, engine="cpu")
         self._camera, self._swing_deg, self._frame = scene.camera_or_framing(), swing_deg, 0
         self._film = self._renderer.render()
         self.counters = self._film.counters

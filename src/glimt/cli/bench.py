@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from glimt.cli.options import parse_size
+from glimt.cli.options import Engine, parse_size
 from glimt.cli.outcome import outcome
 
 bench = typer.Typer(help="Measure glimt against Embree.", no_args_is_help=True, rich_markup_mode=None)
@@ -111,6 +111,7 @@ def flight(
     seconds: Annotated[float, typer.Option(min=0.5, max=3600, help="How long.")] = 20.0,
     budget: Annotated[float, typer.Option(min=1, max=10000, metavar="MS", help="Milliseconds for a frame.")] = 33.0,
     threads: Annotated[int | None, typer.Option(min=1, max=1024, help="Threads.")] = None,
+    engine: Engine = "auto",
     json: Json = None, into: Into = None,
 ) -> None:
     """Fly through a scene as the viewer does, and see whether frames keep within their budget."""
@@ -119,8 +120,8 @@ def flight(
         from glimt.bench.frame_scenes import PAPER_SCENE
         from glimt.io import load
         _finish(bench_flight.measure(load(scene or PAPER_SCENE), parse_size(size), bounces,
-                                     None if own_lights else lights, seconds, budget / 1000, threads, _tell),
-                json, into)
+                                     None if own_lights else lights, seconds, budget / 1000, threads, engine,
+                                     _tell), json, into)
 
 
 @bench.command()

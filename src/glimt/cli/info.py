@@ -9,8 +9,10 @@ from typing import Annotated, Any
 
 import typer
 
+from glimt.cli.options import Engine
 from glimt.cli.outcome import WarningLog, outcome
 from glimt.cli.progress import ConsoleProgress
+from glimt.errors import GlimtError
 
 _FEATURES = ("sse4.2", "avx", "avx2", "fma", "avx512f", "avx512bw", "avx512dq", "avx512vl", "neon")
 
@@ -18,10 +20,11 @@ _FEATURES = ("sse4.2", "avx", "avx2", "fma", "avx512f", "avx512bw", "avx512dq", 
 def info(
     scene: Annotated[Path | None, typer.Argument(metavar="SCENE", help="Scene file (.toml) or mesh (.obj).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    engine: Engine = "auto",
 ) -> None:
-    """Show version, processor and kernel cache; with SCENE, what it is made of."""
+    """Show version, processor, kernel cache, and what would render; with SCENE, what it is made of."""
     with outcome():
-        facts = _machine() if scene is None else _scene(scene)
+        facts = _machine(engine) if scene is None else _scene(scene)
         if as_json:
             print(json.dumps(facts, indent=2))
             return
@@ -29,13 +32,14 @@ def info(
             print(f"{key.removesuffix('_bytes').replace('_', ' '):18}{_readable(key, value)}")
 
 
-def _machine() -> dict[str, Any]:
+def _machine(engine: str) -> dict[str, Any]:
     from importlib.metadata import version
 
     from glimt import __version__, kernel
+    from glimt.engines import choose_engine
     from glimt.engines.cpu.engine import available_threads
     from glimt.engines.cpu.kernels.frame import render_tiles
-    folder = kernel.cache_folder()
+    folder, chosen = kernel.cache_folder(), choose_engine(engine)
     return {
         "glimt": __version__,
         "python": platform.python_version(),
@@ -47,7 +51,19 @@ def _machine() -> dict[str, Any]:
         "cache_folder": str(folder),
         "cache_bytes": _size(folder.parent),
         "kernels_compiled": kernel.is_ready(render_tiles),
+        "engine": chosen.engine,
+        "reason": chosen.reason,
+        "adapters": _adapters(),
     }
+
+
+def _adapters() -> list[str]:
+    """Return what the GPU engine could run on; nothing when wgpu is not there, or cannot be loaded."""
+    from glimt.engines.gpu.adapters import list_adapters
+    try:
+        return [found.summary for found in list_adapters()]
+    except GlimtError:
+        return []
 
 
 def _size(folder: Path) -> int:
@@ -68,7 +84,7 @@ def _scene(path: Path) -> dict[str, Any]:
         from glimt.io import load
         scene = load(path)
         from glimt.renderer import Renderer
-        stats = Renderer(scene, progress=progress).stats()
+        stats = Renderer(scene, engine="cpu", progress=progress).stats()
     return {"scene": str(path), **dataclasses.asdict(stats), "warnings": log.count}
 
 
@@ -81,4 +97,6 @@ def _readable(key: str, value: Any) -> str:
         return f"{value:,}"
     if isinstance(value, float):
         return f"{value:,.4g}"
-    return " ".join(value) if isinstance(value, list) else str(value)
+    if isinstance(value, list):
+        return (", " if key == "adapters" else " ").join(value)
+    return str(value)

@@ -2,6 +2,7 @@
 
 import math
 import re
+from typing import Annotated
 
 import typer
 
@@ -24,6 +25,14 @@ def parse_samples(text: str) -> int | str:
         raise typer.BadParameter(f"{text!r} is neither a whole number nor 'adaptive'") from None
 
 
+def parse_engine(text: str) -> str:
+    """Return the name of an engine."""
+    from glimt.engines.choice import ENGINES
+    if text not in ENGINES:
+        raise typer.BadParameter(f"{text!r} is none of {', '.join(ENGINES)}")
+    return text
+
+
 def parse_finite(text: str) -> float:
     """Return a number that is finite."""
     try:
@@ -33,3 +42,7 @@ def parse_finite(text: str) -> float:
     if not math.isfinite(value):
         raise typer.BadParameter(f"{text!r} is not a number")
     return value
+
+
+Engine = Annotated[str, typer.Option(parser=parse_engine, metavar="cpu|gpu|auto",
+                                     help="What renders; 'auto' is a GPU where there is one, with glimt[gpu].")]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from glimt.cli.options import parse_finite, parse_samples, parse_size
+from glimt.cli.options import Engine, parse_finite, parse_samples, parse_size
 from glimt.cli.outcome import WarningLog, outcome
 from glimt.cli.progress import ConsoleProgress
 from glimt.errors import GlimtError
@@ -28,6 +28,7 @@ def render(
     bounces: Annotated[int | None, typer.Option(help="Mirror bounces; 0 shows no mirror.")] = None,
     threads: Annotated[int | None, typer.Option(
         min=1, max=1024, help="Threads to use, by default one for each processor core.")] = None,
+    engine: Engine = "cpu",
     time: Annotated[float, typer.Option(
         parser=parse_finite, metavar="SECONDS", help="Moment that moving lights are shown at.")] = 0.0,
     exposure: Annotated[float | None, typer.Option(
@@ -45,21 +46,21 @@ def render(
         with log.collect(), ConsoleProgress() as progress:
             from glimt.engines import begin_preparing
             from glimt.io import load
-            begin_preparing()
+            begin_preparing(engine)
             loaded = load(scene)
             if view:
                 from glimt.io.view_file import apply_view
                 loaded = apply_view(loaded, view)
             loaded.settings = _override(loaded.settings, overrides)
-            film = _trace(loaded, threads, time, progress)
+            film = _trace(loaded, threads, engine, time, progress)
         from glimt.io.image import save_image
         save_image(output, film.image(loaded.settings.exposure, loaded.settings.tone_curve))
         print(_summary(output, loaded.settings, film, log))
 
 
-def _trace(scene: "Scene", threads: int | None, time: float, progress: ConsoleProgress) -> "Film":
+def _trace(scene: "Scene", threads: int | None, engine: str, time: float, progress: ConsoleProgress) -> "Film":
     from glimt.renderer import Renderer
-    return Renderer(scene, threads=threads, progress=progress).render(time, progress)
+    return Renderer(scene, threads=threads, engine=engine, progress=progress).render(time, progress)
 
 
 def _check_output(path: Path) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from glimt.cli.options import parse_samples, parse_size
+from glimt.cli.options import Engine, parse_samples, parse_size
 from glimt.cli.outcome import WarningLog, outcome
 from glimt.cli.progress import ConsoleProgress
 from glimt.errors import GlimtError
@@ -31,6 +31,7 @@ def view(
     bounces: Annotated[int | None, typer.Option(help="Mirror bounces to begin with.")] = None,
     threads: Annotated[int | None, typer.Option(
         min=1, max=1024, help="Threads to use, by default one for each processor core.")] = None,
+    engine: Engine = "auto",
     view: Annotated[Path | None, typer.Option(
         metavar="FILE", help="View file to begin with: its camera, lights and settings.")] = None,
 ) -> None:
@@ -44,7 +45,7 @@ def view(
         from glimt.io.files_read import recorded
         from glimt.viewer import show
         from glimt.viewer.session import Session
-        begin_preparing()
+        begin_preparing(engine)
         with WarningLog().collect(), recorded() as files:
             loaded = load(scene)
             if view:
@@ -55,7 +56,7 @@ def view(
             loaded.settings, **{name: value for name, value in given.items() if value is not None})
         with ConsoleProgress() as progress:
             session = Session(loaded, window_size, budget / 1000, max_fps, threads, progress,
-                              scene if watch else None, files, Path.cwd())
+                              scene if watch else None, files, Path.cwd(), engine)
             if web:
                 show.in_browser(session, host, port, on_ready=lambda url: print(f"{url}\nCtrl-C ends it", flush=True))
             elif terminal:

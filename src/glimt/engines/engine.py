@@ -1,5 +1,8 @@
-"""What every engine can do, and how one is chosen."""
+"""What every engine can do, and how one is made."""
 
+import contextlib
+import importlib
+import threading
 from collections.abc import Callable
 from typing import Literal, NamedTuple, Protocol
 
@@ -7,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.debug_view import DebugView
+from glimt.engines.choice import choose_engine
 from glimt.errors import GlimtError
 from glimt.film import Film
 from glimt.packed import PackedScene
@@ -98,16 +102,24 @@ class Engine(Protocol):
 
 
 def get_engine(name: str = "auto", threads: int | None = None) -> Engine:
-    """Return an engine by name: "cpu", or "auto" for the best there is."""
-    if name not in ("auto", "cpu"):
-        raise GlimtError(f"there is no engine {name!r}; expected 'auto' or 'cpu'")
+    """Return an engine by name: "cpu", "gpu", or "auto" for the best there is (see `choose_engine`)."""
+    if choose_engine(name).engine == "gpu":
+        engine: Engine = importlib.import_module("glimt.engines.gpu.engine").GpuEngine(threads)
+        return engine
     from glimt.engines.cpu.engine import CpuEngine
 
     return CpuEngine(threads)
 
 
-def begin_preparing() -> None:
-    """Start in the background what `Engine.prepare` will wait for: worth a call before a scene is loaded."""
+def begin_preparing(name: str = "auto") -> None:
+    """Start in the background what `get_engine` and `Engine.prepare` will wait for: before a scene is loaded."""
     from glimt.engines.cpu import warm_up
 
-    warm_up.begin()
+    if name != "cpu":
+        threading.Thread(target=_look_for_gpu, name="glimt-look", daemon=True).start()
+    warm_up.begin()  # for the GPU as well: trees are built on the CPU
+
+
+def _look_for_gpu() -> None:
+    with contextlib.suppress(GlimtError):  # `get_engine` raises it where it matters
+        choose_engine("gpu")

@@ -8,8 +8,8 @@ from glimt.scene.scene import Scene
 
 
 def view(scene: Scene | str | PathLike[str], *, size: tuple[int, int] | None = None, budget_ms: float = 1000 / 30,
-         max_fps: float = 120.0, threads: int | None = None, web: bool = False, port: int = 0,
-         watch: bool = False) -> Any:
+         max_fps: float = 120.0, threads: int | None = None, engine: str = "auto", web: bool = False,
+         port: int = 0, watch: bool = False) -> Any:
     """Look at a scene: fly through it, add lights and bounces, pick. Press H for all keys.
 
     In a notebook (Jupyter, VS Code, Marimo) this returns a widget, elsewhere it opens a window and returns when that is
@@ -27,6 +27,8 @@ def view(scene: Scene | str | PathLike[str], *, size: tuple[int, int] | None = N
         Frames a second, at most.
     threads : int, optional
         None: as many as the process may use.
+    engine : "auto", "cpu" or "gpu"
+        "auto" is a GPU where there is one and wgpu is installed.
     web : bool
         Serve a page for browsers on this machine, instead of opening a window; ends with Ctrl-C.
     port : int
@@ -61,7 +63,8 @@ def view(scene: Scene | str | PathLike[str], *, size: tuple[int, int] | None = N
         raise GlimtError("view: only a scene that is given as a file can be watched")
     with recorded() as files:
         loaded = scene if isinstance(scene, Scene) else load(scene)
-    session = Session(loaded, size, budget, max_fps, threads, path=path if watch else None, files=files)
+    session = Session(loaded, size, budget, max_fps, threads, path=path if watch else None, files=files,
+                      engine=engine)
     if in_notebook() and not web:
         return notebook_widget(session)
     if web:

@@ -37,6 +37,8 @@ class Session:
         Where from.
     folder : Path
         Where pictures are saved.
+    engine : str
+        As for `Renderer`.
     """
 
     scene: Scene
@@ -48,6 +50,7 @@ class Session:
     path: Path | None = None
     files: set[Path] | None = None
     folder: Path = Path()
+    engine: str = "auto"
 
     @property
     def title(self) -> str:
@@ -61,7 +64,8 @@ class Session:
 
     def viewer(self, host: Host | None = None) -> Viewer:
         """Return a viewer of the scene; the first on a machine takes its time to compile the kernels."""
-        viewer = Viewer(self.scene, budget=self.budget, threads=self.threads, progress=self.progress, host=host)
+        viewer = Viewer(self.scene, budget=self.budget, threads=self.threads, engine=self.engine,
+                        progress=self.progress, host=host)
         viewer.folder = self.folder
         return viewer
 

@@ -4,19 +4,27 @@ import functools
 
 import pytest
 
+from glimt.engines.gpu.adapters import choose_adapter, is_installed, list_adapters
+from glimt.engines.gpu.device import open_device
 from glimt.errors import GlimtError
+
+
+def need_adapter():
+    """Skip where wgpu or a driver is missing; any other failure is one."""
+    if not is_installed():
+        pytest.skip("needs the package wgpu: pip install 'glimt[gpu]'")
+    try:
+        choose_adapter(list_adapters(), "software")
+    except GlimtError as error:
+        pytest.skip(f"needs a software Vulkan driver: {error}")
 
 
 @functools.cache
 def _opened():
-    from glimt.engines.gpu.device import open_device
     return open_device(software=True, group=(32, 32))
 
 
 def software_device():
     """Return a device, the same for all tests, or skip."""
-    pytest.importorskip("wgpu", reason="the package wgpu is missing: pip install 'glimt[gpu]'")
-    try:
-        return _opened()
-    except GlimtError as error:
-        pytest.skip(str(error))
+    need_adapter()
+    return _opened()
