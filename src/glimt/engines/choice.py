@@ -1,6 +1,5 @@
 """Which engine is taken, and why."""
 
-import importlib.util
 import os
 from typing import Literal, NamedTuple
 
@@ -33,8 +32,6 @@ def choose_engine(name: str = "auto") -> Choice:
     if name == "cpu":
         return Choice("cpu", "asked for")
     try:
-        if importlib.util.find_spec("glimt.engines.gpu.engine") is None:
-            raise GlimtError("this version of glimt has no GPU engine yet")
         if name == "auto" and not is_installed():
             return Choice("cpu", "the package wgpu is not installed: pip install 'glimt[gpu]'")
         adapter = choose_adapter(list_adapters(), os.environ.get("GLIMT_GPU", ""))

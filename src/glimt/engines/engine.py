@@ -1,7 +1,6 @@
 """What every engine can do, and how one is made."""
 
 import contextlib
-import importlib
 import threading
 from collections.abc import Callable
 from typing import Literal, NamedTuple, Protocol
@@ -104,8 +103,9 @@ class Engine(Protocol):
 def get_engine(name: str = "auto", threads: int | None = None) -> Engine:
     """Return an engine by name: "cpu", "gpu", or "auto" for the best there is (see `choose_engine`)."""
     if choose_engine(name).engine == "gpu":
-        engine: Engine = importlib.import_module("glimt.engines.gpu.engine").GpuEngine(threads)
-        return engine
+        from glimt.engines.gpu.engine import GpuEngine
+
+        return GpuEngine(threads)
     from glimt.engines.cpu.engine import CpuEngine
 
     return CpuEngine(threads)
