@@ -95,18 +95,18 @@ VIEW = _struct("View", origin="3f", right="3f", up="3f", look="3f", spread="f", 
 `spread` is a pixel's width there), light from nowhere and light from everywhere, and how the film will be developed:
 what radiance is multiplied by, and 1 for the filmic tone curve."""
 
-FRAME = _struct("Frame", width="i", height="f", first_row="i", rows="i", capacity="i", shift_x="f", shift_y="f", spread="f",
-                sample="i", depth="i", max_bounces="i", half="i", light_count="i", scene_root="i", scene_leaves="i",
-                instances="i", materials="i", textures="i", levels="i", lights="i", triangles="i", vertices="i",
-                tangents="i", tints="i", shows="i", view="21f", unused="18f")
-"""What one dispatch on a GPU is told: rows of a picture `height` high, which sample and bounce, half of the paths that is
-read, and where each kind of record begins in its buffer, in words. 256 bytes, as dynamic offsets want it."""
-PATH = _struct("Path", origin="3f", direction="3f", throughput="f", travelled="f", pixel="i", t="f", u="f", v="f", prim="i",
-               inst="i", reflectivity="f", unused="i")
+FRAME = _struct("Frame", width="i", height="f", first_row="i", rows="i", capacity="i", shift_x="f", shift_y="f",
+                spread="f", sample="i", depth="i", max_bounces="i", half="i", light_count="i", scene_root="i",
+                scene_leaves="i", instances="i", materials="i", textures="i", levels="i", lights="i", triangles="i",
+                vertices="i", tangents="i", tints="i", shows="i", view="21f", unused="18f")
+"""What one dispatch on a GPU is told: rows of a picture `height` high, which sample and bounce, which half of the paths
+is read, and where each kind of record begins in its buffer, in words. 256 bytes, as dynamic offsets want it."""
+PATH = _struct("Path", origin="3f", direction="3f", throughput="f", travelled="f", pixel="i", t="f", u="f", v="f",
+               prim="i", inst="i", reflectivity="f", unused="i")
 """A ray on a GPU, and what it has hit. After shading: the mirror ray."""
 COUNTER = _struct("Counter", shadow="i", non_finite="i", nodes="3i", blocks="3i", paths="i")
-"""Counts of a GPU: shadow rays, samples that were not finite, nodes and triangle blocks visited by primary, shadow and mirror
-rays; then paths by depth."""
+"""Counts of a GPU: shadow rays, samples that were not finite, nodes and triangle blocks visited by primary, shadow and
+mirror rays; then paths by depth."""
 
 MESH_KIND, SPHERE_KIND = np.int32(0), np.int32(1)
 POINT_LIGHT, SPOT_LIGHT, DIRECTIONAL_LIGHT = np.int32(0), np.int32(1), np.int32(2)

@@ -32,7 +32,7 @@ def device():
 @pytest.fixture
 def double(device):
     """Return bindings, and a pipeline that adds 2 source + shift.x to the first shift.y words of the result."""
-    device.kept[("module", "double")] = compile_parts(device, [Part("double.wgsl", DOUBLE)])
+    device.kept[("module", "", "double")] = compile_parts(device, [Part("double.wgsl", DOUBLE)])
     bindings = Bindings(device, [(3, "uniform"), (5, "read"), (6, "write")])
     return bindings, pipeline(device, ["double"], "double", [bindings.layout])
 

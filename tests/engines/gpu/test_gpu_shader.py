@@ -22,7 +22,7 @@ def _run(body, words, count):
     """Return `count` words that a kernel's body writes to `result`, given `words` as `source`."""
     device = software_device()
     text = f"{HEAD}@compute @workgroup_size(1) fn run() {{\n{body}\n}}\n"
-    key = ("module", text)
+    key = ("module", "", text)
     device.kept[key] = compile_parts(device, [layout_constants(), Part("test.wgsl", text)])
     bindings = Bindings(device, [(0, "read"), (1, "write")])
     source, result, download = Buffer(device, "source"), Buffer(device, "result", 4 * count), Download(device)
