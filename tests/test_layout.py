@@ -10,7 +10,8 @@ STRUCTS = {name: struct for name, struct in vars(layout).items() if hasattr(stru
 
 def test_all_structs_are_known():
     assert set(STRUCTS) == {"NODE", "COMPRESSED_NODE", "TRIANGLE_BLOCK", "INSTANCE_BLOCK", "VERTEX", "TANGENT",
-                            "TRIANGLE", "INSTANCE", "MATERIAL", "TEXTURE", "LEVEL", "LIGHT", "VIEW"}
+                            "TRIANGLE", "INSTANCE", "MATERIAL", "TEXTURE", "LEVEL", "LIGHT", "VIEW", "FRAME", "PATH",
+                            "COUNTER"}
 
 
 @pytest.mark.parametrize("name", STRUCTS)
