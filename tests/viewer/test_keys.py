@@ -27,7 +27,7 @@ def test_the_help_tells_of_every_key():
     (down("w"), "forward"), (down("W", "Shift"), "forward"), (down("ArrowUp"), "forward"), (down(" "), "up"),
     (down("l"), "add_light"), (down("L", "Shift"), "remove_light"), (down("L"), "remove_light"),
     (down("l", "Shift"), "remove_light"), (down("Shift", "Shift"), "down"), (down("?", "Shift"), "help"),
-    (down("F11"), "fullscreen"), (down("3"), "recall_3")])
+    (down("/", "Shift"), "help"), (down("F11"), "fullscreen"), (down("3"), "recall_3")])
 def test_what_backends_send_is_understood(event, action):
     assert action_of(event).action == action
 

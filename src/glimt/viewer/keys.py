@@ -96,10 +96,10 @@ def help_table() -> list[tuple[str, str, str]]:
 def key_name(event: Event) -> str:
     """Return the name that the table has for an event's key: "Shift+l" for an "L"."""
     name = str(event.get("key", ""))
-    name = "Space" if name == " " else name
+    shift = "Shift" in event.get("modifiers", ())
+    name = "Space" if name == " " else "?" if shift and name == "/" else name  # windows name the key, not its sign
     if len(name) == 1 and name.isalpha():
-        shifted = name.isupper() or "Shift" in event.get("modifiers", ())
-        return "Shift+" + name.lower() if shifted else name
+        return "Shift+" + name.lower() if shift or name.isupper() else name
     return name
 
 
