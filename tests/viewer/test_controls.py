@@ -289,6 +289,11 @@ def test_overlay_and_help(driver):
     driver.press("h")
     assert driver.viewer.help_shown
     assert (driver.picture != plain).any(-1).sum() > drawn[1]
+    with_help = driver.picture
+    driver.press("i")
+    driver.press("i")
+    assert np.array_equal(driver.picture, with_help)  # the help has all the room
+    driver.press("i")
     driver.press("Escape")
     assert not driver.viewer.help_shown
     assert (driver.picture != plain).any(-1).sum() < 2 * drawn[0]

@@ -62,9 +62,8 @@ class Presenter:
         self._ring.append(picture)
         np.copyto(picture, self._base)
         self._overlay.pixel_ratio = viewer.pixel_ratio
-        if viewer.help_shown:
-            self._overlay.draw_help(picture, help_table())
-        self._overlay.draw(picture, frame_info(viewer), viewer.times, viewer.overlay_level)
+        has_help = viewer.help_shown and self._overlay.draw_help(picture, help_table())  # which takes all the room
+        self._overlay.draw(picture, frame_info(viewer), viewer.times, 0 if has_help else viewer.overlay_level)
         return picture
 
     @property
