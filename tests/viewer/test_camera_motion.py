@@ -47,6 +47,18 @@ def test_opposite_keys_cancel():
     assert run(motion, start(), 1.0).position == start().position
 
 
+@pytest.mark.parametrize("seconds", [0.0, 0.01, 0.04])
+def test_a_tapped_key_moves_the_camera_however_short_it_is(seconds):
+    motion = Motion(speed=2.0)
+    motion.hold("right")
+    pose = run(motion, start(), seconds)
+    motion.release("right")
+    motion.release("right")
+    pose = run(motion, pose, 1.0)
+    assert pose.position == pytest.approx((0.1, 0.0, 5.0), abs=0.012)
+    assert not motion.moving
+
+
 def test_letting_go_ends_in_rest_soon():
     motion = Motion(speed=1.0)
     motion.hold("forward")

@@ -11,6 +11,8 @@ _DIRECTIONS = {"right": (1, 0, 0), "left": (-1, 0, 0), "up": (0, 1, 0), "down": 
                "back": (0, 0, -1)}
 _STILL = 1e-3
 """What is left of a move, as a share of what can be seen, when it counts as over."""
+_TAP_SECONDS = 0.05
+"""A key that is only tapped counts as held for that long, even if it came and went between two frames."""
 NEAREST_SECONDS = 1e-3
 """How near a target may come, as the time a flight there would take."""
 _LONGEST_STEP = 0.1
@@ -34,18 +36,20 @@ class Motion:
     _velocity: Point = (0.0, 0.0, 0.0)
     _turn: Point = (0.0, 0.0, 0.0)
     _slide: Point = (0.0, 0.0, 0.0)
-    _held: dict[str, None] = field(default_factory=dict)
+    _held: dict[str, float] = field(default_factory=dict)  # for how many seconds it has moved the camera
 
     def hold(self, direction: str) -> None:
         """Begin to move in a direction: a key went down."""
-        self._held[direction] = None
+        self._held.setdefault(direction, 0.0)
 
     def release(self, direction: str | None = None) -> None:
         """End moving in one direction, or in all."""
         if direction is None:
             self._held.clear()
-        else:
-            self._held.pop(direction, None)
+        elif direction in self._held:
+            left = max(0.0, _TAP_SECONDS - self._held.pop(direction)) * self.speed
+            right, up, forward = _DIRECTIONS[direction]
+            self.slide(left * right, left * up, left * forward)
 
     def turn(self, yaw: float, pitch: float) -> None:
         """Ask for a turn in radians; it is made over the next frames."""
@@ -70,6 +74,7 @@ class Motion:
         share = 1 - math.exp(-seconds / _EASE_SECONDS)
         wanted = [0.0, 0.0, 0.0]
         for direction in self._held:
+            self._held[direction] += seconds
             for axis, way in enumerate(_DIRECTIONS[direction]):
                 wanted[axis] += way * self.speed
         x, y, z = (old + share * (new - old) for old, new in zip(self._velocity, wanted, strict=True))
