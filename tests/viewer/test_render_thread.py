@@ -99,11 +99,12 @@ def test_it_stops_in_the_middle_of_a_long_picture():
 
 def test_an_error_in_a_frame_ends_it_and_is_kept():
     viewer = Viewer(make_scene(), threads=1)
-    announced = threading.Event()
-    thread = RenderThread(viewer, announced.set)
+    states = []
+    thread = RenderThread(viewer, lambda: states.append((thread.running, thread.error)))
     viewer.frame = lambda now: 1 / 0
     thread.start()
-    assert announced.wait(10)
-    wait_for(lambda: not thread.running)
-    assert isinstance(thread.error, ZeroDivisionError)
+    wait_for(lambda: states)
+    (running, error), = states
+    assert not running  # who is told may look at once
+    assert isinstance(error, ZeroDivisionError)
     thread.stop()

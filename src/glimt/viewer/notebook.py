@@ -1,9 +1,11 @@
 """The viewer in a notebook: a widget, with a still picture for where widgets do not work."""
 
+import asyncio
 import base64
 import io
 import sys
 from typing import Any
+from weakref import WeakSet
 
 from PIL import Image
 
@@ -15,9 +17,31 @@ def in_notebook() -> bool:
     """Return whether this runs in a notebook: Jupyter, VS Code, Colab or Marimo."""
     if "marimo" in sys.modules and sys.modules["marimo"].running_in_notebook():
         return True
-    interactive = sys.modules.get("IPython")
-    shell = interactive.get_ipython() if interactive else None
-    return shell is not None and hasattr(shell, "kernel")
+    return hasattr(_shell(), "kernel")
+
+
+_widgets: dict[str, tuple[str, WeakSet[Any]]] = {}
+"""By cell: its last run, and what that made."""
+
+
+def replace_widgets(widget: Any) -> None:
+    """Close what an earlier run of this cell has made: its output is gone, and each holds some 40 bytes a pixel.
+
+    Only Jupyter and VS Code tell what cell runs; elsewhere nothing is closed.
+    """
+    shell = _shell()
+    parent = shell.get_parent() if hasattr(shell, "get_parent") else {}
+    cell = parent.get("metadata", {}).get("cellId")
+    if cell is None:
+        return
+    run = parent["header"]["msg_id"]
+    last_run, widgets = _widgets.get(cell, (run, WeakSet()))
+    if last_run != run:
+        for former in list(widgets):
+            former.close()
+        widgets = WeakSet()
+    widgets.add(widget)
+    _widgets[cell] = run, widgets
 
 
 class Still:
@@ -40,17 +64,34 @@ class Still:
                 "text/html": f'<img src="data:image/png;base64,{encoded}"><br><small>{self.hint}</small>'}
 
 
+def _shell() -> Any:
+    """Return IPython's, or None."""
+    interactive = sys.modules.get("IPython")
+    return interactive.get_ipython() if interactive else None
+
+
 def notebook_widget(session: Session) -> Any:
-    """Return a widget that shows a scene, or a `Still` where the widgets' package is not there."""
+    """Return a widget that shows a scene, or a `Still` where the widgets' package or an event loop is not there."""
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return _still(session, "for a view to fly through: call it in a cell, not in a thread")
     try:
         from glimt.viewer.notebook_canvas import NotebookCanvas
     except ModuleNotFoundError as error:
         if (error.name or "").startswith("glimt"):
             raise
-        viewer = session.viewer()
-        viewer.resize(*session.window_size)
-        return Still(png_of(viewer), "for a view to fly through: pip install 'glimt[notebook]', and restart")
-    return NotebookCanvas.show(session)
+        return _still(session, "for a view to fly through: pip install 'glimt[notebook]', and restart")
+    return NotebookCanvas(session)
+
+
+def _still(session: Session, hint: str) -> Still:
+    viewer = session.viewer()
+    viewer.resize(*session.window_size)
+    try:
+        return Still(png_of(viewer), hint)
+    finally:
+        viewer.presenter.close()
 
 
 def png_of(viewer: Viewer) -> bytes:

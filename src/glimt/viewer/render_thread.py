@@ -38,7 +38,7 @@ class RenderThread:
         self._events: deque[Event] = deque(maxlen=_MOST_EVENTS)
         self._picture: NDArray[np.uint8] | None = None
         self._wanted = True
-        self._stopping = False
+        self._stopping = self._ended = False
         self._condition = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="glimt-render", daemon=True)
 
@@ -71,8 +71,8 @@ class RenderThread:
 
     @property
     def running(self) -> bool:
-        """Whether it has begun and has not ended."""
-        return self._thread.is_alive()
+        """Whether it has begun and will make pictures still; no longer when its end is announced."""
+        return self._thread.is_alive() and not self._ended
 
     def stop(self) -> None:
         """End, in the middle of a picture if need be, and wait for the end."""
@@ -93,6 +93,7 @@ class RenderThread:
                 self.error = error
         finally:
             self.viewer.presenter.close()
+            self._ended = True
             self._announce()
 
     def _wait(self) -> bool:
