@@ -25,6 +25,8 @@ import numpy as np
 import glimt
 from notebook_page import Page
 from viewer_driver import make_scene
+import glimt.viewer.viewer
+glimt.viewer.viewer.MESSAGE_SECONDS = 0.2
 """
 
 

@@ -25,13 +25,19 @@ _WORTH_SHARING = 100_000
 
 
 class Presenter:
-    """Keeps the picture without its overlay, and a few to hand out."""
+    """Keeps the picture without its overlay, and a few to hand out.
+
+    Attributes
+    ----------
+    overlay : Overlay
+        Draws over the pictures that are handed out.
+    """
 
     def __init__(self, threads: int) -> None:
         self.clock = time.perf_counter
         self._pool = ThreadPoolExecutor(threads, "glimt-develop")
         self._threads = threads
-        self._overlay = Overlay()
+        self.overlay = Overlay()
         self._base = self._small = np.zeros((0, 0, 4), np.uint8)
         self._ring: list[NDArray[np.uint8]] = []
         self.develop(Film(np.zeros((1, 1, 4), np.float32)), RenderSettings(), (2, 2))  # compiles what it needs
@@ -61,9 +67,9 @@ class Presenter:
         picture = self._ring.pop(0)
         self._ring.append(picture)
         np.copyto(picture, self._base)
-        self._overlay.pixel_ratio = viewer.pixel_ratio
-        has_help = viewer.help_shown and self._overlay.draw_help(picture, help_table())  # which takes all the room
-        self._overlay.draw(picture, frame_info(viewer), viewer.times, 0 if has_help else viewer.overlay_level)
+        self.overlay.pixel_ratio = viewer.pixel_ratio
+        has_help = viewer.help_shown and self.overlay.draw_help(picture, help_table())  # which takes all the room
+        self.overlay.draw(picture, frame_info(viewer), viewer.times, 0 if has_help else viewer.overlay_level)
         return picture
 
     @property

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from glimt.errors import GlimtError
-from glimt.viewer.keys import KEYS, help_table
+from glimt.viewer.keys import help_table
+from glimt.viewer.overlay.text_overlay import TextOverlay
 from glimt.viewer.session import CanvasHost, Session
 
 
@@ -71,15 +72,11 @@ class _PageHost(CanvasHost):
 
 def in_terminal(session: Session) -> None:
     """Show a scene as coloured characters until Ctrl-C: good for a look over SSH."""
-    if not sys.stdout.isatty():
-        raise GlimtError("the standard output is no terminal; use --web for a page in a browser")
-    terminal = need("rendercanvas.terminal", "terminal")
-    canvas = terminal.RenderCanvas(title=session.title, max_fps=min(session.max_fps, 30.0))
+    if not (sys.stdout.isatty() and sys.stdin.isatty()):
+        raise GlimtError("standard input and output are no terminal; use --web for a page in a browser")
+    terminal = need("glimt.viewer.terminal", "terminal")
+    overlay = TextOverlay()
+    canvas = terminal.TerminalCanvas(overlay, title=session.title, max_fps=min(session.max_fps, 30.0))
     viewer = session.viewer(CanvasHost(canvas, terminal.loop.call_soon_threadsafe, session.folder))
-    session.run(canvas, viewer, terminal.loop.run)
-
-
-def key_list() -> str:
-    """Return the keys as text, for where the help on the picture could not be read."""
-    width = max(len(str(key)) for key in KEYS)
-    return "\n".join(f"{keys:{width}}  {help}" for _, keys, help in help_table())
+    viewer.presenter.overlay = overlay
+    session.run(canvas, viewer, terminal.run)
