@@ -12,7 +12,7 @@ from glimt.engines.gpu.shader import pipeline
 from glimt.layout import COUNTER, FRAME, PATH
 
 STEMS = ("bindings", "count", "hit", "ray", "camera", "create_rays", "triangle", "sphere", "traverse", "intersect",
-         "light", "texture", "surface", "material", "mirror", "shade", "bounce", "resolve", "prepare", "debug")
+         "light", "texture", "surface", "material", "shade", "bounce", "resolve", "prepare", "debug")
 """Kernel files, in the order in which they are put together."""
 STAGES = ("create_rays", "intersect", "shade", "bounce", "prepare", "resolve", "debug")
 MOST_GROUPS = 65535

@@ -1,5 +1,15 @@
 // Stage 4: mirror rays, side by side again in the other half of the paths.
 
+const LEAST_RISE = 1e-3;  // the least cosine between a mirror ray and the geometric normal
+
+// Return the direction of the mirror ray; one that a shading normal would send below the surface grazes it.
+fn mirror_direction(direction: vec3<f32>, ng: vec3<f32>, ns: vec3<f32>) -> vec3<f32> {
+    let mirrored = direction - ns * (2.0 * dot(direction, ns));
+    let rise = dot(mirrored, ng);
+    if rise >= LEAST_RISE { return mirrored; }
+    return normalize(mirrored + ng * (LEAST_RISE - rise));
+}
+
 @compute @workgroup_size(GROUP_WIDTH, GROUP_HEIGHT)
 fn bounce(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
           @builtin(local_invocation_index) local: u32) {

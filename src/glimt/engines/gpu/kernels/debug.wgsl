@@ -27,7 +27,7 @@ fn numbers_of(hit: Hit, origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
         case DEPTH: { return vec3(hit.t, 0.0, 0.0); }
         case BARYCENTRICS: { return vec3(1.0 - hit.u - hit.v, hit.u, hit.v); }
         case INSTANCES: { return vec3(f32(hit.inst), f32(hit.prim), 0.0); }
-        case NODES: { return vec3(0.0); }
+        case NODES: { return vec3(0.0); }  // counted on the way
         default: {
             let surface = surface_at(hit, origin, direction);
             let material = material_at(surface, direction, hit.t * frame_float(FRAME_spread));
@@ -51,7 +51,9 @@ fn debug(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     let hit = closest_hit(origin, direction, FAR, &counts);
     var numbers = vec4(0.0);
     if hit.inst != MISS { numbers = vec4(numbers_of(hit, origin, direction), 1.0); }
-    if frame_int(FRAME_shows) == NODES { numbers.x = f32(counts.nodes + counts.blocks + counts.instances); }
+    if frame_int(FRAME_shows) == NODES {
+        numbers = vec4(f32(counts.nodes), f32(counts.blocks), f32(counts.instances), numbers.w);
+    }
     film[4u * pixel] = numbers.x;
     film[4u * pixel + 1u] = numbers.y;
     film[4u * pixel + 2u] = numbers.z;

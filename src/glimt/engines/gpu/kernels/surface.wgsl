@@ -108,10 +108,11 @@ fn mesh_surface(record: u32, hit: Hit, direction: vec3<f32>) -> Surface {
                    normal, has_tangent, material);
 }
 
-fn sphere_surface(record: u32, near: vec3<f32>, direction: vec3<f32>) -> Surface {
+// Return the surface of a sphere; `point` is near it.
+fn sphere_surface(record: u32, point: vec3<f32>, direction: vec3<f32>) -> Surface {
     let center = record_vector(record + INSTANCE_center);
     let radius = record_float(record + INSTANCE_radius);
-    let normal = normalize(near - center);
+    let normal = normalize(point - center);
     let ng = select(normal, -normal, dot(normal, direction) > 0.0);
     let texcoord = vec2(atan2(-normal.z, normal.x) * (0.5 / PI) + 0.5, acos(clamp(normal.y, -1.0, 1.0)) * (1.0 / PI));
     let around = sqrt(max(1.0 - normal.y * normal.y, 1e-6));

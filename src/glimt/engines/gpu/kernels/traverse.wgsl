@@ -17,8 +17,8 @@ fn exponent_scale(packed: u32, axis: u32) -> f32 {
 }
 
 // Put the children of a node that a ray meets on the stack, the nearest on top; return the new top.
-fn push_children(node: u32, ray: Ray, t_max: f32, bottom: u32) -> u32 {
-    let base = node * COMPRESSED_NODE_words;
+fn push_children(code: u32, ray: Ray, t_max: f32, bottom: u32) -> u32 {
+    let base = code * COMPRESSED_NODE_words;
     let packed = nodes[base + COMPRESSED_NODE_exponents];
     let scale = vec3(exponent_scale(packed, 0u), exponent_scale(packed, 1u), exponent_scale(packed, 2u)) * ray.inverse;
     let origin = vec3(bitcast<f32>(nodes[base]), bitcast<f32>(nodes[base + 1u]), bitcast<f32>(nodes[base + 2u]));
@@ -47,9 +47,9 @@ fn push_children(node: u32, ray: Ray, t_max: f32, bottom: u32) -> u32 {
             let enter = max(max(enter3.x, enter3.y), max(enter3.z, 0.0));
             let leave = min(min(leave3.x, leave3.y), leave3.z);
             if enter > leave * BOX_SLACK || enter > t_max * BOX_SLACK { continue; }
-            var code = nodes[base + COMPRESSED_NODE_child_base] + (kind & 63u);
+            var child = nodes[base + COMPRESSED_NODE_child_base] + (kind & 63u);
             if (kind & LEAF_META) != 0u {
-                code = LEAF | (nodes[base + COMPRESSED_NODE_block_base] * LEAF_STEP + (kind & 63u));
+                child = LEAF | (nodes[base + COMPRESSED_NODE_block_base] * LEAF_STEP + (kind & 63u));
             }
             var place = top;
             while place > bottom && stack_distances[place - 1u] < enter {
@@ -58,7 +58,7 @@ fn push_children(node: u32, ray: Ray, t_max: f32, bottom: u32) -> u32 {
                 place--;
             }
             stack_distances[place] = enter;
-            stack_codes[place] = code;
+            stack_codes[place] = child;
             top++;
         }
     }
@@ -76,8 +76,7 @@ fn walk_mesh(root: u32, inst: u32, ray: Ray, hit: ptr<function, Hit>, occlusion:
         if stack_distances[top] > (*hit).t * BOX_SLACK { continue; }
         if (code & LEAF) != 0u {
             (*counts).blocks++;
-            let leaf = code & ~LEAF;
-            if triangle_leaf(leaf / LEAF_STEP, leaf % LEAF_STEP, inst, ray, hit, occlusion) { return true; }
+            if triangle_leaf(inst, code & ~LEAF, ray, hit, occlusion) { return true; }
         } else {
             (*counts).nodes++;
             top = push_children(code, ray, (*hit).t, top);
@@ -91,7 +90,7 @@ fn enter_instance(inst: u32, ray: Ray, hit: ptr<function, Hit>, occlusion: bool,
                   counts: ptr<function, Counts>) -> bool {
     (*counts).instances++;
     let record = frame_int(FRAME_instances) + inst * INSTANCE_words;
-    if records[record + INSTANCE_kind] == SPHERE_KIND { return sphere_hit(record, inst, ray, hit, occlusion); }
+    if records[record + INSTANCE_kind] == SPHERE_KIND { return sphere_hit(inst, record, ray, hit, occlusion); }
     let root = records[record + INSTANCE_root];
     if records[record + INSTANCE_identity] != 0u { return walk_mesh(root, inst, ray, hit, occlusion, bottom, counts); }
     let at = record + INSTANCE_world_to_object;

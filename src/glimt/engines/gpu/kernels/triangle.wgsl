@@ -7,39 +7,54 @@ fn corner(at: u32, ray: Ray) -> vec3<f32> {
     return vec3(fma(-ray.shear.x, p.z, p.x), fma(-ray.shear.y, p.z, p.y), p.z);
 }
 
+// Return p.x q.y - p.y q.x.
 fn edge(p: vec3<f32>, q: vec3<f32>) -> f32 {
     let above = p.x * q.y;
     let below = p.y * q.x;
     return above - below;
 }
 
+struct Edges { wa: f32, wb: f32, wc: f32, inside: bool }
+
+// Return the edge functions of corners seen along a ray, and whether none is on another side than the rest.
+fn edges(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Edges {
+    let wa = edge(c, b);
+    let wb = edge(a, c);
+    let wc = edge(b, a);
+    return Edges(wa, wb, wc, min(wa, min(wb, wc)) >= 0.0 || max(wa, max(wb, wc)) <= 0.0);
+}
+
 // Return whether a ray, which is at 0, passes between the least and the greatest of three coordinates.
 fn within(a: f32, b: f32, c: f32) -> bool { return min(a, min(b, c)) <= 0.0 && max(a, max(b, c)) >= 0.0; }
 
+struct Meeting { t: f32, u: f32, v: f32, inside: bool }
+
+// Return where a ray meets the plane of a triangle, and whether that can be inside: never for an edge-on one.
+fn meeting(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, wa: f32, wb: f32, wc: f32, shear_z: f32) -> Meeting {
+    let sum = wa + wb + wc;
+    let scale = 1.0 / sum;
+    let u = wb * scale;
+    let v = wc * scale;
+    let t = fma(wa * scale, a.z, fma(u, b.z, v * c.z)) * shear_z;
+    return Meeting(t, u, v, sum != 0.0 && within(a.x, b.x, c.x) && within(a.y, b.y, c.y));
+}
+
 // Test the triangles of a leaf block; return whether one blocks the ray, if that is all that is asked.
-fn triangle_leaf(block: u32, count: u32, inst: u32, ray: Ray, hit: ptr<function, Hit>, occlusion: bool) -> bool {
-    let base = block * TRIANGLE_BLOCK_words;
-    for (var j = 0u; j < count; j++) {
+fn triangle_leaf(inst: u32, code: u32, ray: Ray, hit: ptr<function, Hit>, occlusion: bool) -> bool {
+    let base = code / LEAF_STEP * TRIANGLE_BLOCK_words;
+    for (var j = 0u; j < code % LEAF_STEP; j++) {
         let a = corner(base + TRIANGLE_BLOCK_x0 + j, ray);
         let b = corner(base + TRIANGLE_BLOCK_x1 + j, ray);
         let c = corner(base + TRIANGLE_BLOCK_x2 + j, ray);
-        let wa = edge(c, b);
-        let wb = edge(a, c);
-        let wc = edge(b, a);
-        let sum = wa + wb + wc;
-        if (min(wa, min(wb, wc)) < 0.0 && max(wa, max(wb, wc)) > 0.0) || sum == 0.0
-            || !within(a.x, b.x, c.x) || !within(a.y, b.y, c.y) {
-            continue;
-        }
-        let scale = 1.0 / sum;
-        let u = wb * scale;
-        let v = wc * scale;
-        let t = fma(wa * scale, a.z, fma(u, b.z, v * c.z)) * ray.shear.z;
+        let w = edges(a, b, c);
+        if !w.inside { continue; }
+        let met = meeting(a, b, c, w.wa, w.wb, w.wc, ray.shear.z);
+        if !met.inside { continue; }
         let prim = blocks[base + TRIANGLE_BLOCK_prim + j];
         if occlusion {
-            if t > 0.0 && t < (*hit).t { return true; }
-        } else if closer(*hit, t, inst, prim) {
-            *hit = Hit(t, u, v, prim, inst);
+            if met.t > 0.0 && met.t < (*hit).t { return true; }
+        } else if closer(*hit, met.t, inst, prim) {
+            *hit = Hit(met.t, met.u, met.v, prim, inst);
         }
     }
     return false;
