@@ -26,7 +26,7 @@ def shared_engine():
 
 def on_gpu(scene, engine=None):
     """Return a Renderer with an engine that is there already."""
-    with mock.patch.object(glimt.renderer, "get_engine", lambda name, threads: engine or shared_engine()):
+    with mock.patch.object(glimt.renderer, "get_engine", return_value=engine or shared_engine()):
         return Renderer(scene, engine="gpu")
 
 

@@ -10,7 +10,7 @@ struct Ray {
     shear_origin: vec3<f32>,
 }
 
-const ROUNDING = 4.76837158203125e-07;  // 2^-21: bounds what a box test rounds off, as a share of the origin
+const ROUNDING = 9.5367431640625e-07;  // 2^-20: bounds what a box test rounds off, as a share of the origin
 const SMALLEST = 1e-12;
 
 // Return v with its components turned so that the longest axis is z.
