@@ -1,0 +1,52 @@
+"""A film is the same to the byte for workgroups of any shape, and for any number of bands."""
+
+import functools
+from pathlib import Path
+
+import numpy as np
+import pytest
+from both_engines import on_gpu, shared_engine, sized
+
+import glimt
+from glimt.engines.gpu import engine as gpu_engine
+from glimt.engines.gpu.engine import GpuEngine
+
+STONE_ROOM = Path(__file__).resolve().parents[3] / "examples" / "stone_room.toml"
+
+pytestmark = pytest.mark.usefixtures("software_gpu")
+
+
+@functools.cache
+def _wanted():
+    """Return the film of the usual workgroups, of a size that is a multiple of none."""
+    return _render(shared_engine())
+
+
+def _render(engine):
+    return on_gpu(sized(glimt.load(STONE_ROOM), 75, 53, 2, 3), engine).render()
+
+
+@pytest.mark.parametrize("group", [(8, 8), (16, 16), (32, 32), (64, 1), (256, 1)], ids=str)
+def test_workgroups(group):
+    film = _render(GpuEngine(group=group))
+    assert film.sums.tobytes() == _wanted().sums.tobytes()
+    assert film.counters == _wanted().counters
+
+
+@pytest.mark.parametrize("most", [1, 2000])
+def test_bands(monkeypatch, most):
+    monkeypatch.setattr(gpu_engine, "_MOST_PIXELS", most)
+    engine = shared_engine()
+    bands = engine._bands(75, 53)
+    assert len(bands) == (7 if most == 1 else 3)
+    assert sum(rows for _, rows in bands) == 53
+    film = _render(engine)
+    assert film.sums.tobytes() == _wanted().sums.tobytes()
+    assert film.counters == _wanted().counters
+
+
+def test_bands_of_debug_views(monkeypatch):
+    renderer = on_gpu(sized(glimt.load(STONE_ROOM), 75, 53))
+    wanted = renderer.render_debug("instances").values
+    monkeypatch.setattr(gpu_engine, "_MOST_PIXELS", 1000)
+    np.testing.assert_array_equal(renderer.render_debug("instances").values.view(np.int32), wanted.view(np.int32))
