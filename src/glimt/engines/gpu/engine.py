@@ -1,7 +1,9 @@
 """The engine for graphics processors: the five stages over buffers of rays, band by band."""
 
+import contextlib
 import threading
 import time
+from collections.abc import Callable, Iterator
 from typing import get_args
 
 import numpy as np
@@ -59,7 +61,7 @@ class GpuEngine:
         self._sums, self._counts = Download(self._device), Download(self._device)
         self._stages: Stages | None = None
         self._light_count = 0
-        self._cancelled, self._busy = threading.Event(), False
+        self._cancelled: threading.Event | None = None  # of the render at work
         self._one_at_a_time = threading.Lock()
         self.visits: dict[str, NDArray[np.int64]] = {}
 
@@ -89,20 +91,16 @@ class GpuEngine:
         shape = (height, width, 4)
         sums = film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)
         totals = np.zeros(counter_words(max_bounces), np.int64)
-        with self._one_at_a_time:
-            self._begin()
-            try:
-                for first, rows in self._bands(width, height):
-                    if progress:
-                        progress("rendering", first / height)
-                    self._tell(view, size, first, rows, grid, max_bounces)
-                    for sample in range(grid * grid):
-                        self._stop_if_cancelled()
-                        wanted = sums[first:first + rows] if sample == grid * grid - 1 else None
-                        totals += self._run_sample(sample, width, rows, max_bounces, wanted)
-                self._stop_if_cancelled()
-            finally:
-                self._busy = False
+        with self._one_at_a_time, self._begin() as stop_if_cancelled:
+            for first, rows in self._bands(width, height):
+                if progress:
+                    progress("rendering", first / height)
+                self._tell(view, size, first, rows, grid, max_bounces)
+                for sample in range(grid * grid):
+                    stop_if_cancelled()
+                    wanted = sums[first:first + rows] if sample == grid * grid - 1 else None
+                    totals += self._run_sample(sample, width, rows, max_bounces, wanted)
+            stop_if_cancelled()
         self.visits = {"nodes": totals[COUNTER.nodes:][:3], "blocks": totals[COUNTER.blocks:][:3]}
         counters = Counters(width * height * grid * grid, int(totals[COUNTER.shadow]),
                             int(totals[COUNTER.paths + 1:].sum()), int(totals[COUNTER.non_finite]))
@@ -113,17 +111,13 @@ class GpuEngine:
         """Render numbers a pixel instead of radiance (see `Engine.render_debug`)."""
         width, height = size
         values = np.empty((height, width, 4), np.float32)
-        with self._one_at_a_time:
-            self._begin()
-            try:
-                self._scene.write("tints", light_tints)
-                for first, rows in self._bands(width, height):
-                    self._stop_if_cancelled()
-                    self._tell(view, size, first, rows, 1, 0, shows=_SHOWS.index(shows))
-                    self._run(["create_rays", "debug"], 0, self._capacity(width, rows), values[first:first + rows])
-                self._stop_if_cancelled()
-            finally:
-                self._busy = False
+        with self._one_at_a_time, self._begin() as stop_if_cancelled:
+            self._scene.write("tints", light_tints)
+            for first, rows in self._bands(width, height):
+                stop_if_cancelled()
+                self._tell(view, size, first, rows, 1, 0, shows=_SHOWS.index(shows))
+                self._run(["create_rays", "debug"], 0, self._capacity(width, rows), values[first:first + rows])
+            stop_if_cancelled()
         if shows == "instances":  # floats up to here: GPUs may take the bits of small integers for zeros
             values[..., :2] = values[..., :2].astype(np.int32).view(np.float32)
         return values
@@ -137,31 +131,43 @@ class GpuEngine:
         if count > _MOST_PIXELS:
             raise GlimtError(f"{count:,} rays are more than the {_MOST_PIXELS:,} that a GPU is asked at a time")
         with self._one_at_a_time:
+            self._need_scene()
             self._tell(np.zeros(int(VIEW.words), np.float32), (count, 1), 0, 1, 1, 0, capacity=count)
             self._buffers["paths"].upload(paths)
             counters = np.zeros(counter_words(0), np.uint32)
             counters[COUNTER.paths] = count
             self._buffers["counters"].upload(counters)
             self._run(["intersect"], 0, count)
-            self._sums.read(self._buffers["paths"], paths)
+            if count:
+                self._sums.read(self._buffers["paths"], paths)
         inst = paths["inst"].copy()
         return Hits(np.where(inst == MISS, np.float32(np.inf), paths["t"]), paths["u"].copy(), paths["v"].copy(),
                     paths["prim"].copy(), inst)
 
     def cancel(self) -> None:
         """Stop what is being rendered after the sample at work."""
-        if self._busy:
-            self._cancelled.set()
+        cancelled = self._cancelled
+        if cancelled:
+            cancelled.set()
 
-    def _begin(self) -> None:
+    def _need_scene(self) -> None:
         if self._stages is None:
             raise GlimtError("no scene was uploaded to the engine")
-        self._cancelled.clear()
-        self._busy = True
 
-    def _stop_if_cancelled(self) -> None:
-        if self._cancelled.is_set():
-            raise RenderCancelled
+    @contextlib.contextmanager
+    def _begin(self) -> Iterator[Callable[[], None]]:
+        """Give what raises RenderCancelled once `cancel` was called; each render has its own."""
+        self._need_scene()
+        cancelled = self._cancelled = threading.Event()
+
+        def stop_if_cancelled() -> None:
+            if cancelled.is_set():
+                raise RenderCancelled
+
+        try:
+            yield stop_if_cancelled
+        finally:
+            self._cancelled = None
 
     def _bands(self, width: int, height: int) -> list[tuple[int, int]]:
         """Return (first row, rows) of what is rendered at a time: whole tiles, as many as the buffers may hold."""

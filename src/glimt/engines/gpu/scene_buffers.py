@@ -58,7 +58,9 @@ class SceneBuffers:
                                  tangents=scene.tangents)
 
     def _upload_trees(self, scene: PackedScene, before: PackedScene | None) -> None:
-        trees = self._trees = compress(scene)
+        same_meshes = before is not None and (scene.blas_nodes is before.blas_nodes
+                                              and scene.blas_blocks is before.blas_blocks)
+        trees = self._trees = compress(scene, self._trees if same_meshes else None)
         mesh_nodes = trees.blas_nodes.size // COMPRESSED_NODE.words
         upper = trees.tlas_nodes.reshape(-1, COMPRESSED_NODE.words).copy()
         upper[:, COMPRESSED_NODE.child_base] += np.uint32(mesh_nodes)
