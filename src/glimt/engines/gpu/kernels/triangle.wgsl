@@ -42,20 +42,24 @@ fn meeting(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, wa: f32, wb: f32, wc: f32, 
 // Test the triangles of a leaf block; return whether one blocks the ray, if that is all that is asked.
 fn triangle_leaf(inst: u32, code: u32, ray: Ray, hit: ptr<function, Hit>, occlusion: bool) -> bool {
     let base = code / LEAF_STEP * TRIANGLE_BLOCK_words;
-    for (var j = 0u; j < code % LEAF_STEP; j++) {
+    var j = 0u;
+    var blocked = false;
+    loop {
         let a = corner(base + TRIANGLE_BLOCK_x0 + j, ray);
         let b = corner(base + TRIANGLE_BLOCK_x1 + j, ray);
         let c = corner(base + TRIANGLE_BLOCK_x2 + j, ray);
         let w = edges(a, b, c);
-        if !w.inside { continue; }
-        let met = meeting(a, b, c, w.wa, w.wb, w.wc, ray.shear.z);
-        if !met.inside { continue; }
-        let prim = blocks[base + TRIANGLE_BLOCK_prim + j];
-        if occlusion {
-            if met.t > 0.0 && met.t < (*hit).t { return true; }
-        } else if closer(*hit, met.t, inst, prim) {
-            *hit = Hit(met.t, met.u, met.v, prim, inst);
+        if w.inside {
+            let met = meeting(a, b, c, w.wa, w.wb, w.wc, ray.shear.z);
+            let prim = blocks[base + TRIANGLE_BLOCK_prim + j];
+            if occlusion {
+                blocked = met.inside && met.t > 0.0 && met.t < (*hit).t;
+            } else if met.inside && closer(*hit, met.t, inst, prim) {
+                *hit = Hit(met.t, met.u, met.v, prim, inst);
+            }
         }
+        j++;
+        continuing { break if blocked || j == code % LEAF_STEP; }
     }
-    return false;
+    return blocked;
 }
