@@ -26,7 +26,8 @@ NEEDED = {
     "material_eval", "sample_texture", "surface_at", "above", "mirror_direction", "bounce", "resolve", "intersect",
     "edges", "meeting", "triangle_leaf", "set_up", "walk_mesh", "walk_scene"}
 OF_THE_GPU = {
-    "traverse": {"byte_of", "exponent_scale", "enter_instance", "closest_hit", "occluded"},
+    "traverse": {"bytes_of", "exponent_scale", "meet", "least", "child", "pop", "descend", "enter_instance",
+                 "closest_hit", "occluded"},
     "debug": {"reaching", "numbers_of", "debug"},
 }
 """Functions without a twin: compressed nodes; one instance and one ray at a time; debug views, which have kernels of
@@ -40,7 +41,7 @@ OF_ONE_RAY = {"ray", "hit", "occlusion", "counts"}
 OWN_PARAMETERS = {
     "mesh_surface": {"prim"},  # a packet is peeled by primitive
     "permute": {"longest_x", "longest_y", "axis"},  # lanes have different ones
-    "push_children": {"nodes", "limit", "in_mesh", "t_max", *OF_ONE_RAY},
+    "push_children": {"nodes", "limit", "in_mesh", "t_max", "bottom", *OF_ONE_RAY},
     "walk_mesh": {"bottom", *OF_ONE_RAY},
     "walk_scene": OF_ONE_RAY,
     "create_rays": {"x", "y"},  # which block, as dispatches know by themselves
