@@ -255,6 +255,14 @@ def test_ctrl_c_closes(display):
         assert app.end() == "Received signal Interrupt\n"
 
 
+def test_ctrl_c_in_the_middle_of_painting_closes(display):
+    with window(display, 200, 100, 2, 2) as app:
+        app.do("setattr(canvas._blitter, 'draw', lambda *size: __import__('signal').raise_signal(2))")
+        app.do("canvas.request_draw()")
+        app.next("close")
+        assert app.end() == "Received signal Interrupt\n"
+
+
 @pytest.mark.parametrize("at_the_end", ["", "canvas.close()"])
 def test_a_window_that_never_ran_ends_in_silence(display, at_the_end):
     code = f"from glimt.viewer.window import WindowCanvas; canvas = WindowCanvas(vsync=False); {at_the_end}"

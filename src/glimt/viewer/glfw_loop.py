@@ -33,12 +33,26 @@ class GlfwLoop(BaseLoop):  # type: ignore[misc]
         self._timers: list[tuple[float, int, Callback]] = []
         self._order = itertools.count()  # of timers for the same time
         self._soon: deque[Callback] = deque()  # any thread appends
-        self._stopping = False
+        self._stopping = self._is_running = False
+
+    def stop(self, *, force: bool = False) -> None:
+        """Close all windows and end; with `force` at once."""
+        if force or not self._is_running:
+            super().stop(force=force)
+        else:  # Ctrl-C comes anywhere, in the middle of painting a window that would be gone then
+            self._rc_call_soon_threadsafe(super().stop)
 
     def _rc_init(self) -> None:
         self._stopping = False
 
     def _rc_run(self) -> None:
+        self._is_running = True
+        try:
+            self._run()
+        finally:
+            self._is_running = False
+
+    def _run(self) -> None:
         last_event = time.perf_counter()
         while not self._stopping:
             now = time.perf_counter()
