@@ -31,6 +31,15 @@ def silence() -> Iterator[None]:
         glfw.ERROR_REPORTING = before
 
 
+def check_display() -> None:
+    """Raise a `GlimtError` where there is no display: within milliseconds, before anything else is done."""
+    if sys.platform == "linux":
+        _check_remote_display()
+    with silence():
+        if not glfw.init():
+            raise GlimtError(f"no display: {_last_error()}; {OTHER_WAYS}")
+
+
 def create_gl_window(width: int, height: int, title: str) -> Any:
     """Create a hidden window of this size (of the screen's coordinates) with an OpenGL context of the lowest kind.
 
@@ -39,11 +48,8 @@ def create_gl_window(width: int, height: int, title: str) -> Any:
     GlimtError
         There is no display, or no OpenGL.
     """
-    if sys.platform == "linux":
-        _check_remote_display()
+    check_display()
     with silence():
-        if not glfw.init():
-            raise GlimtError(f"no display: {_last_error()}; {OTHER_WAYS}")
         # EGL where there is no GLX: some servers of X11 come without.
         for api in (glfw.NATIVE_CONTEXT_API, glfw.EGL_CONTEXT_API):
             glfw.default_window_hints()
