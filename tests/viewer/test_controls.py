@@ -50,6 +50,16 @@ def test_walking_goes_on_when_shift_comes_and_goes(driver):
     assert driver.viewer.pose.position == position
 
 
+def test_shift_begins_to_move_the_camera_from_where_it_is(driver):
+    driver.rest()
+    before = driver.viewer.pose
+    driver.send("key_down", key="Shift", modifiers=("Shift",))
+    driver.now += 0.24  # nobody asked for a picture meanwhile
+    driver.run(0.01)
+    assert driver.viewer.motion.moving
+    assert driver.viewer.pose == before
+
+
 def test_shift_as_part_of_a_key_does_not_move_the_camera(driver):
     before = driver.viewer.pose
     driver.send("key_down", key="Shift", modifiers=("Shift",))

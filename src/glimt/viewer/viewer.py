@@ -219,7 +219,7 @@ class Viewer:
         (height, width, 4) uint8 RGBA of the canvas' size; it is good until the next but one is made. None: the last
         one is still right.
         """
-        seconds = min(now - self._last, _LONGEST_STEP) if self._last is not None else 0.0
+        seconds = min(now - self._last, _LONGEST_STEP) if self._last is not None and self._moves() else 0.0
         self._last = self.now = now
         self._interrupted = False
         self.controls.step(now)
