@@ -71,6 +71,10 @@ class Renderer:
         """How many threads the engine uses on this machine."""
         return self._engine.threads
 
+    def is_ready(self, samples: Samples, view: DebugView | None = None) -> bool:
+        """Return whether a picture with such samples, or a debug view, can be rendered without compiling first."""
+        return self._engine.is_ready(samples, view)
+
     def update(self, progress: Progress | None = None) -> None:
         """Take over changed objects and materials.
 

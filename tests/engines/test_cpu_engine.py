@@ -157,3 +157,13 @@ def test_a_film_may_be_written_over(scene):
     assert not np.array_equal(second.sums, kept)
     scene.settings = glimt.RenderSettings(SIZE, 2 * SIZE)
     assert renderer.render(film=second).sums.shape == (2 * SIZE, SIZE, 4)  # another size: a new film
+
+
+def test_a_picture_is_ready_when_its_kernel_is(scene, monkeypatch):
+    renderer = glimt.Renderer(scene)
+    pictures = [(1, None), ("adaptive", None), (1, "nodes"), (1, "depth")]
+    for missing, ready in (("", [True] * 4), ("refine_tiles", [True, False, True, True]),
+                           ("count_visits", [True, True, False, True]), ("debug_tiles", [True, True, True, False])):
+        monkeypatch.setattr("glimt.engines.cpu.engine.is_ready",
+                            lambda kernel, missing=missing: kernel.py_func.__name__ != missing)
+        assert [renderer.is_ready(*picture) for picture in pictures] == ready

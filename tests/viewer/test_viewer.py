@@ -181,3 +181,22 @@ def test_jobs_that_fail_are_not_hidden(driver):
     driver.viewer.jobs.append(fail)
     with pytest.raises(GlimtError):
         driver.viewer.frame(driver.now)
+
+
+@pytest.mark.parametrize(("press", "drawn"), [("F2", "normals"), ("n", 2)])
+def test_what_has_to_be_compiled_first_is_told_before(driver, press, drawn):
+    viewer = driver.viewer
+    driver.rest()
+    picture, ready = viewer.presenter.picture(), viewer.renderer.is_ready
+    viewer.renderer.is_ready = lambda samples, view=None: (view or samples) != drawn
+    driver.press(press)
+    assert "compiling" in viewer.message
+    assert np.array_equal(viewer.presenter.picture(), picture)
+    told = driver.picture
+    driver.run(0.01)
+    viewer.renderer.is_ready = ready
+    assert viewer.message is None
+    assert drawn in (viewer.debug_view, viewer.film_samples)
+    assert not np.array_equal(driver.picture, told)
+    driver.rest()
+    assert driver.pictures < 100

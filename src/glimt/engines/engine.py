@@ -47,6 +47,9 @@ class Engine(Protocol):
     def prepare(self, progress: Progress | None = None) -> None:
         """Make everything ready that does not depend on a scene, kernels above all."""
 
+    def is_ready(self, samples: Samples, shows: DebugView | None = None) -> bool:
+        """Return whether such a picture, or debug view, is rendered at once: what is rarely wanted is prepared late."""
+
     def upload(self, scene: PackedScene, light_count: int) -> None:
         """Take over a scene, or the changed arrays of one."""
 

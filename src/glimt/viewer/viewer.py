@@ -30,6 +30,7 @@ REST_SECONDS = 0.15
 """How long nothing must have moved before the picture is refined: a tapped key does not make it flicker."""
 MESSAGE_SECONDS = 2.5
 FINEST_SAMPLES = 4
+_COMPILING = "compiling, the first time only"
 _LONGEST_STEP = 0.25
 """Seconds: lights have not moved while nobody looked."""
 _CROSSING_SECONDS = 8.0
@@ -228,8 +229,9 @@ class Viewer:
             self.message, self._message_ends = None, math.inf
             self.uncover()
         if self._advance(seconds) or self._outdated:
-            self._changed, self._still_since, self._stage = False, now, 0
-            self._render_moving()
+            self._changed, self._still_since, self._stage = self._tell_of_compiling(), now, 0
+            if not self._changed:
+                self._render_moving()
         elif self.due(now) == 0.0 and not self._uncovered:
             if not self._refine():
                 return None
@@ -237,6 +239,15 @@ class Viewer:
             return None
         self._uncovered = False
         return self.presenter.compose(self)
+
+    def _tell_of_compiling(self) -> bool:
+        """Return whether a picture that says so goes first: the next one waits for its kernel, for a second or two."""
+        if self.message == _COMPILING:  # was shown
+            self.message, self._message_ends = None, math.inf
+        elif self.presenter.size == self.size and not self.renderer.is_ready(self.samples, self.debug_view):
+            self.say(_COMPILING)
+            return True
+        return False
 
     @property
     def at_rest(self) -> bool:

@@ -60,6 +60,12 @@ class CpuEngine:
             logging.getLogger("glimt").warning("compiling kernels, first run only")
         compile_kernels(progress or (lambda stage, share: None))
 
+    def is_ready(self, samples: Samples, shows: DebugView | None = None) -> bool:
+        """Return whether no kernel has to be compiled first (see `Engine.is_ready`)."""
+        if shows:
+            return is_ready(count_visits if shows == "nodes" else debug_tiles)
+        return is_ready(render_tiles) and (samples != "adaptive" or is_ready(refine_tiles))
+
     def upload(self, scene: PackedScene, light_count: int) -> None:
         """Take over a scene; the arrays are used where they are."""
         self._scene = scene, light_count
