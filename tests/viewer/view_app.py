@@ -12,7 +12,7 @@ import threading
 import time
 from collections import deque
 
-from glimt import cli
+from glimt import GlimtError, cli
 from glimt.viewer import session
 from glimt.viewer.viewer import REST_SECONDS
 
@@ -24,7 +24,7 @@ class App:
         self.ready = threading.Event()
         self.viewer = self.thread = self.canvas = None
         self.presented = deque(maxlen=5000)
-        self._made, self._shown = {}, (0, None, 0.0)
+        self._begun, self._made, self._shown = 0, {}, (0, None, 0.0)
 
     def connect(self, canvas, viewer):
         """Do what `canvas.connect` does, and keep who is connected."""
@@ -40,9 +40,12 @@ class App:
         return self.thread
 
     def _make_frame(self, now):
+        self._begun += 1
         picture = self._frame(now)
-        if picture is not None:
-            self._made[id(picture)] = self.thread.rendered + 1, self.viewer.pose.position, self.viewer.pose.fov_deg
+        if picture is None:
+            self._begun -= 1
+        else:
+            self._made[id(picture)] = self._begun, self.viewer.pose.position, self.viewer.pose.fov_deg
         return picture
 
     def _take_frame(self):
@@ -76,7 +79,7 @@ class App:
             "film_samples": viewer.film_samples, "rendered": thread.rendered, "taken": thread.taken,
             "shown": self._shown[0], "p50": viewer.times.percentile(50), "p95": viewer.times.percentile(95),
             # as good as it gets, and on the screen; a message may yet go
-            "at_rest": viewer.due(time.perf_counter()) > REST_SECONDS and self._shown[0] == thread.rendered,
+            "at_rest": viewer.due(time.perf_counter()) > REST_SECONDS and self._shown[0] == self._begun,
         }
 
     def reset(self):
@@ -99,13 +102,13 @@ class App:
         self.thread.do(job)
         return done.wait(5)
 
-    def fail_later(self, frames):
-        """Have the viewer fail after some frames more."""
+    def fail_later(self, frames, error):
+        """Have the viewer fail with an error after some frames more."""
         last = self.thread.rendered + frames
 
         def frame(now):
             if self.thread.rendered >= last:
-                raise RuntimeError("a bug in a frame")
+                raise error
             return self._make_frame(now)
 
         self.viewer.frame = frame
@@ -114,7 +117,7 @@ class App:
         """Answer what standard input asks, in a thread of its own."""
         self.ready.wait()
         for line in sys.stdin:
-            value = eval(line, {"app": self, "viewer": self.viewer, "math": math})
+            value = eval(line, {"app": self, "viewer": self.viewer, "GlimtError": GlimtError})
             print(json.dumps(value), file=_answers, flush=True)
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import os
 import queue
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 APP = Path(__file__).with_name("view_app.py")
 STONE_ROOM = Path(__file__).parents[2] / "examples" / "stone_room.toml"
@@ -34,7 +36,7 @@ class View:
         self.process.stdin.write(expression + "\n")
         self.process.stdin.flush()
         line = self._lines.get(timeout=timeout)
-        assert line, f"the viewer has ended: {self.errors()}"
+        assert line, f"the viewer has ended: {self.end()}"
         return json.loads(line)
 
     def state(self):
@@ -77,14 +79,11 @@ class View:
             assert time.monotonic() < end, "the picture on the screen stays as it was"
             time.sleep(0.01)
 
-    def errors(self):
-        """Return what it wrote on standard error, once it has ended."""
-        self.process.wait(10)
-        return self.process.stderr.read()
-
     def end(self, timeout=3.0):
-        """Wait for the end and return the exit code and what was written on standard error."""
+        """Wait for the end, of every process it started too; return exit code and what it wrote on standard error."""
         code = self.process.wait(timeout)
+        with pytest.raises(ProcessLookupError):
+            os.killpg(self.process.pid, 0)
         return code, self.process.stderr.read()
 
 
@@ -93,7 +92,7 @@ def viewing(display, *arguments, cwd=None):
     """Run ``glimt view`` with arguments, showing and focused in the block."""
     process = subprocess.Popen(
         [sys.executable, APP, "view", *map(str, arguments)], env=display.environment, cwd=cwd, text=True,
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
     view = View(process, display)
     try:
         view.wait_for(lambda state: state["shown"] > 0, 60)
