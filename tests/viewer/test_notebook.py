@@ -160,7 +160,8 @@ widget.close()
 def test_nothing_is_rendered_while_no_view_is_visible(kernel):
     kernel.run("""
 widget = glimt.view(make_scene()); page = Page(widget)
-await asyncio.sleep(0.5)
+await page.until(lambda: widget.thread.rendered)
+await asyncio.sleep(0.3)
 assert widget.thread.rendered == 1 and not page.frames
 page.show()
 await page.rest()
