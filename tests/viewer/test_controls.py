@@ -133,6 +133,7 @@ def test_bounces(driver):
 def test_samples(driver):
     for samples in (2, 3, "adaptive", 1):
         driver.press("n")
+        driver.run(0.02)  # one frame may tell that a kernel is compiled first
         assert driver.viewer.samples == samples
         assert driver.viewer.film_samples == samples
 
