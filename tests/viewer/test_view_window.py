@@ -30,6 +30,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def app(folder):
     with xvfb() as display, viewing(display, STONE_ROOM, "--size", "320x240", cwd=folder) as app:
+        app.ask("app.hurry()")
         yield app
 
 

@@ -14,7 +14,9 @@ from collections import deque
 
 from glimt import GlimtError, cli
 from glimt.viewer import session
-from glimt.viewer.viewer import REST_SECONDS
+from glimt.viewer import viewer as viewer_module
+
+REST_SECONDS = viewer_module.REST_SECONDS
 
 
 class App:
@@ -81,6 +83,10 @@ class App:
             # as good as it gets, and on the screen; a message may yet go
             "at_rest": viewer.due(time.perf_counter()) > REST_SECONDS and self._shown[0] == self._begun,
         }
+
+    def hurry(self):
+        """Refine the picture almost at once."""
+        viewer_module.REST_SECONDS = REST_SECONDS / 10
 
     def reset(self):
         """Begin anew, with lights that stand still; mouse look and full screen are the test's to end."""
