@@ -209,3 +209,8 @@ def test_progress_is_told():
         progress=lambda stage, share: told.append((stage, share)))
     assert ("building trees", 0.0) in told
     assert all(0 <= share <= 1 for _, share in told)
+
+
+def test_what_computes_is_told():
+    assert [Renderer(Scene(), threads=threads, engine="cpu").engine_name for threads in (1, 3)] == [
+        "CPU, 1 thread", "CPU, 3 threads"]

@@ -42,11 +42,15 @@ class Film:
         What was traced for it.
     seconds : float
         How long that took.
+    stages : dict
+        Seconds of each stage by its name, over all samples, from engines that run them one after the other and can time
+        them; else empty. What is left of `seconds` went to the host and to bringing the picture back.
     """
 
     sums: NDArray[np.float32]
     counters: Counters = field(default_factory=Counters)
     seconds: float = 0.0
+    stages: dict[str, float] = field(default_factory=dict)
 
     @property
     def radiance(self) -> NDArray[np.float32]:

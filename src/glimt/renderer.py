@@ -71,6 +71,11 @@ class Renderer:
         """How many threads the engine uses on this machine."""
         return self._engine.threads
 
+    @property
+    def engine_name(self) -> str:
+        """What computes: "CPU, 8 threads", or the name of a GPU."""
+        return self._engine.description
+
     def is_ready(self, samples: Samples, view: DebugView | None = None) -> bool:
         """Return whether a picture with such samples, or a debug view, can be rendered without compiling first."""
         return self._engine.is_ready(samples, view)

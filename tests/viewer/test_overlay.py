@@ -209,6 +209,13 @@ def test_scale_and_mode_are_told():
     assert frame_panel.headline(dataclasses.replace(INFO, frame_seconds=0.25, p50=0.25)) == ("250 ms", "4.0 fps")
 
 
+def test_what_computes_and_its_stages_are_told():
+    info = dataclasses.replace(INFO, engine="a GPU", stages={"create_rays": 0.00042, "shade": 0.0123})
+    rows = frame_panel.detail_rows(info)
+    assert rows[-3:] == [(("engine", "a GPU"),), (("create rays", "0.4 ms"),), (("shade", "12.3 ms"),)]
+    assert rows[:-3] == frame_panel.detail_rows(INFO)
+
+
 def test_before_the_first_frame_all_is_zero():
     start = dataclasses.replace(INFO, frame_seconds=0.0, p50=0.0, p95=0.0, rays=0, shown_height=0)
     drawn = _picture()

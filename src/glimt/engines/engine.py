@@ -44,6 +44,10 @@ class Engine(Protocol):
 
     threads: int
 
+    @property
+    def description(self) -> str:
+        """What computes, in a few words."""
+
     def prepare(self, progress: Progress | None = None) -> None:
         """Make everything ready that does not depend on a scene, kernels above all."""
 

@@ -113,6 +113,7 @@ def frame_info(viewer: "Viewer") -> FrameInfo:
         lights=len(viewer.scene.lights), samples=viewer.film_samples, triangles=viewer.triangles,
         budget=viewer.governor.budget,
         mode="fly" if viewer.motion.target is None else "orbit", debug_view=viewer.debug_view, paused=viewer.paused,
+        engine=viewer.renderer.engine_name, stages=film.stages if film else {},
         message=viewer.message, error=viewer.error, picked=picked_text(viewer))
 
 

@@ -52,6 +52,11 @@ class CpuEngine:
         self._scene: tuple[PackedScene, int] | None = None  # with its number of lights
         self._running: dict[int, NDArray[np.int64]] = {}
 
+    @property
+    def description(self) -> str:
+        """What computes."""
+        return f"CPU, {self.threads} thread{'s' * (self.threads > 1)}"
+
     def prepare(self, progress: Progress | None = None) -> None:
         """Compile the kernels if this machine has not done so yet; say so, since it takes a while."""
         if is_ready(render_tiles):

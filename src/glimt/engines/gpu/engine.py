@@ -91,6 +91,7 @@ class GpuEngine:
         shape = (height, width, 4)
         sums = film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)
         totals = np.zeros(counter_words(max_bounces), np.int64)
+        stages: dict[str, float] = {}
         with self._one_at_a_time, self._begin() as stop_if_cancelled:
             for first, rows in self._bands(width, height):
                 if progress:
@@ -100,11 +101,13 @@ class GpuEngine:
                     stop_if_cancelled()
                     wanted = sums[first:first + rows] if sample == grid * grid - 1 else None
                     totals += self._run_sample(sample, width, rows, max_bounces, wanted)
+                    for stage, seconds in self._timer.seconds().items():  # there already, with the counters
+                        stages[stage] = stages.get(stage, 0.0) + seconds
             stop_if_cancelled()
         self.visits = {"nodes": totals[COUNTER.nodes:][:3], "blocks": totals[COUNTER.blocks:][:3]}
         counters = Counters(width * height * grid * grid, int(totals[COUNTER.shadow]),
                             int(totals[COUNTER.paths + 1:].sum()), int(totals[COUNTER.non_finite]))
-        return Film(sums, counters, time.perf_counter() - start)
+        return Film(sums, counters, time.perf_counter() - start, stages)
 
     def render_debug(self, view: NDArray[np.float32], size: tuple[int, int], shows: DebugView,
                      light_tints: NDArray[np.float32]) -> NDArray[np.float32]:

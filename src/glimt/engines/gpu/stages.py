@@ -62,7 +62,7 @@ class Stages:
         if invocations is not None:
             groups = -(-invocations // self.group.size)
             size = min(groups, MOST_GROUPS), -(-groups // MOST_GROUPS), 1
-        commands.dispatch(stage, found, [group], size, frame=frame)
+        commands.dispatch("bounce" if stage == "prepare" else stage, found, [group], size, frame=frame)
 
 
 def _kind(name: str) -> Kind:

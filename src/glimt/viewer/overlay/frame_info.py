@@ -1,6 +1,6 @@
 """What the viewer knows of a frame, for showing it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 
@@ -27,6 +27,10 @@ class FrameInfo:
         What is shown in place of light, such as "normals".
     paused : bool
         Whether the scene's time stands still.
+    engine : str
+        What computes.
+    stages : dict
+        Seconds of the last frame by stage, where the engine times them apart.
     message, picked, error : str or None
         A notice of the moment; what was picked, in lines; what is wrong with the scene file.
     """
@@ -47,6 +51,8 @@ class FrameInfo:
     budget: float = 1 / 30
     debug_view: str | None = None
     paused: bool = False
+    engine: str = ""
+    stages: dict[str, float] = field(default_factory=dict)
     message: str | None = None
     error: str | None = None
     picked: str | None = None

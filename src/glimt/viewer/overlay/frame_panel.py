@@ -70,6 +70,8 @@ def detail_rows(info: FrameInfo) -> list[Row]:
         (("bounces", str(info.max_bounces)), ("lights", str(info.lights))),
         (("samples", info.samples if isinstance(info.samples, str) else f"{info.samples}×{info.samples}"),),
         (("triangles", f"{info.triangles:,}"),),
+        *([(("engine", info.engine),)] if info.engine else []),
+        *(((stage.replace("_", " "), f"{milliseconds(seconds)} ms"),) for stage, seconds in info.stages.items()),
     ]
 
 
