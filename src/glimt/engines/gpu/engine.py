@@ -73,6 +73,10 @@ class GpuEngine:
     def prepare(self, progress: Progress | None = None) -> None:
         """Do nothing: pipelines depend on how deep a scene's trees are."""
 
+    def is_ready(self, samples: Samples, shows: DebugView | None = None) -> bool:
+        """Return True: what its driver compiles late takes less than a second."""
+        return True
+
     def upload(self, scene: PackedScene, light_count: int) -> None:
         """Take over what has changed of a scene."""
         with self._one_at_a_time:
