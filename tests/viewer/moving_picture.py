@@ -8,8 +8,8 @@ import time
 
 import numpy as np
 
-from glimt.viewer import web_server
-from glimt.viewer.web import WebCanvas, loop
+from glimt.viewer.web import server
+from glimt.viewer.web.canvas import WebCanvas, loop
 
 KEYS = [{"keys": ["W", "↑"], "help": "forward", "group": "Move"},
         {"keys": "H", "help": "<b>this</b> help", "group": "Picture"}]
@@ -39,7 +39,7 @@ def main():
     parser.add_argument("--ping", type=float, help="seconds between pings, instead of the usual")
     options = parser.parse_args()
     if options.ping:
-        web_server._PING = options.ping
+        server._PING = options.ping
     canvas = WebCanvas(title="glimt — <test & more>", keys=KEYS)
     context = canvas.get_bitmap_context()
     draws = 0
@@ -79,7 +79,7 @@ def main():
                              "double_click", "wheel", "key_down", "key_up", "resize", "close")
     canvas.request_draw(draw)
     threading.Thread(target=answer_questions, daemon=True).start()
-    web_server.serve(canvas, options.host, options.port, options.token, on_ready=lambda url: say(url=url))
+    server.serve(canvas, options.host, options.port, options.token, on_ready=lambda url: say(url=url))
     say(ended=True)
 
 

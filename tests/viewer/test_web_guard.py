@@ -5,7 +5,7 @@ import socket
 
 import pytest
 
-from glimt.viewer.web_guard import Guard, is_loopback
+from glimt.viewer.web.guard import Guard, is_loopback
 
 TOKEN = "kY3-right_token"
 LOOPBACK = "127.0.0.1"

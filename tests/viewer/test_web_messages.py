@@ -11,8 +11,8 @@ import websockets
 from web_client import SIZE, answers_still, connect_raw, fill, visit
 from web_host import WebHost
 
-from glimt.viewer.web import WebCanvas
-from glimt.viewer.web_visitor import Visitor
+from glimt.viewer.web.canvas import WebCanvas
+from glimt.viewer.web.visitor import Visitor
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ from web_client import SIZE, answers_still, connect_raw, fill, get, visit
 from web_host import WebHost
 
 from glimt import GlimtError
-from glimt.viewer.web import MAX_FILE_SIZE, WebCanvas
-from glimt.viewer.web_server import _listen, serve
+from glimt.viewer.web.canvas import MAX_FILE_SIZE, WebCanvas
+from glimt.viewer.web.server import _listen, serve
 
 
 @pytest.fixture(scope="module")

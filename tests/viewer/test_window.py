@@ -22,7 +22,7 @@ STRICT = ["-X", "dev", "-W", "error"]
 
 def _error(environment):
     """Return what opening a window complains about."""
-    code = ("from glimt import GlimtError; from glimt.viewer.window import WindowCanvas\n"
+    code = ("from glimt import GlimtError; from glimt.viewer.window.canvas import WindowCanvas\n"
             "try: WindowCanvas()\nexcept GlimtError as error: print(error)")
     result = subprocess.run([sys.executable, *STRICT, "-c", code], env=environment, capture_output=True, text=True,
                             timeout=20, check=True)
@@ -265,7 +265,7 @@ def test_ctrl_c_in_the_middle_of_painting_closes(display):
 
 @pytest.mark.parametrize("at_the_end", ["", "canvas.close()"])
 def test_a_window_that_never_ran_ends_in_silence(display, at_the_end):
-    code = f"from glimt.viewer.window import WindowCanvas; canvas = WindowCanvas(vsync=False); {at_the_end}"
+    code = f"from glimt.viewer.window.canvas import WindowCanvas; canvas = WindowCanvas(vsync=False); {at_the_end}"
     result = subprocess.run([sys.executable, *STRICT, "-c", code], env=display.environment, capture_output=True,
                             text=True, timeout=20, check=False)
     assert (result.returncode, result.stdout, result.stderr) == (0, "", "")

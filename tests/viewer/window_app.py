@@ -9,7 +9,7 @@ import threading
 
 import numpy as np
 
-from glimt.viewer.window import WindowCanvas, loop
+from glimt.viewer.window.canvas import WindowCanvas, loop
 
 
 def picture_of(width, height):

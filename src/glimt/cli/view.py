@@ -41,7 +41,7 @@ def view(
         if web and terminal:
             raise GlimtError("--web and --terminal: choose one of them")
         if not (web or terminal):
-            from glimt.viewer.gl_window import check_display
+            from glimt.viewer.window.gl_window import check_display
             check_display()  # before kernels are compiled for nothing
         from glimt.engines import begin_preparing
         from glimt.io import load

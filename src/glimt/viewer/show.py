@@ -29,7 +29,7 @@ def in_window(session: Session) -> None:
     GlimtError
         Where there is no display; the message names the other places.
     """
-    window = need("glimt.viewer.window", "view")
+    window = need("glimt.viewer.window.canvas", "view")
     canvas = window.WindowCanvas(size=session.window_size, title=session.title, max_fps=session.max_fps)
     try:
         viewer = session.viewer(CanvasHost(canvas, window.loop.call_soon_threadsafe, session.folder))
@@ -53,7 +53,7 @@ def in_browser(session: Session, host: str = "127.0.0.1", port: int = 0, open_br
     on_ready : function
         Is told the page's address once it can be opened.
     """
-    web, server = (need(f"glimt.viewer.{name}", "web") for name in ("web", "web_server"))
+    web, server = (need(f"glimt.viewer.{name}", "web") for name in ("web.canvas", "web.server"))
     keys = [{"keys": keys, "help": help, "group": group} for group, keys, help in help_table()]
     canvas = web.WebCanvas(title=session.title, max_fps=session.max_fps, keys=keys, size=session.window_size)
     viewer = session.viewer(_PageHost(canvas, web.loop.call_soon_threadsafe, session.folder))

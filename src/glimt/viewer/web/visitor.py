@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from glimt.viewer.web_guard import Receive, Send
+from glimt.viewer.web.guard import Receive, Send
 
 _MAX_IN_FLIGHT = 2  # frames; more would only add delay
 _MAX_WAITING = 64  # messages other than frames

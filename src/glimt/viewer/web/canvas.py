@@ -17,8 +17,8 @@ from rendercanvas.asyncio import AsyncioLoop
 from rendercanvas.base import BaseCanvasGroup, BaseRenderCanvas
 
 from glimt.errors import GlimtError
-from glimt.viewer.web_events import Held, parse_event, parse_message, parse_number, parse_size
-from glimt.viewer.web_visitor import Frame, Visitor
+from glimt.viewer.web.events import Held, parse_event, parse_message, parse_number, parse_size
+from glimt.viewer.web.visitor import Frame, Visitor
 
 __all__ = ["WebCanvas", "loop"]
 
@@ -29,7 +29,7 @@ _REST_DELAY = 0.3  # s without a new frame, after which the last one is sent aga
 
 
 class WebLoop(AsyncioLoop):  # type: ignore[misc]
-    """The loop of web canvases, which `glimt.viewer.web_server.serve` runs."""
+    """The loop of web canvases, which `glimt.viewer.web.server.serve` runs."""
 
     def _rc_call_soon_threadsafe(self, callback: Any) -> None:
         # A thread that renders may be there before the loop runs, when the call waits, and after, when it is moot.

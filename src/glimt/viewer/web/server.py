@@ -19,17 +19,17 @@ from urllib.parse import quote
 import uvicorn
 
 from glimt.errors import GlimtError
-from glimt.viewer.web import WebCanvas, loop
-from glimt.viewer.web_guard import Guard, Receive, Scope, Send, is_loopback
-from glimt.viewer.web_socket import BoundedWebSocket
-from glimt.viewer.web_visitor import Visitor
+from glimt.viewer.web.canvas import WebCanvas, loop
+from glimt.viewer.web.connection import BoundedWebSocket
+from glimt.viewer.web.guard import Guard, Receive, Scope, Send, is_loopback
+from glimt.viewer.web.visitor import Visitor
 
 _MAX_VISITORS = 16
 _MAX_MESSAGE = 1 << 16  # bytes; an event has some hundred
 _PING = 5.0  # s between pings, and until one that is not answered ends a connection
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGBREAK") if hasattr(signal, name)]
 _log = logging.getLogger(__name__)
-_PAGE = files("glimt.viewer") / "page"
+_PAGE = files("glimt.viewer.web") / "page"
 
 
 def serve(canvas: WebCanvas, host: str = "127.0.0.1", port: int = 0, token: str | None = None,

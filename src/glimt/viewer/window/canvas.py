@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from glimt.viewer.gl_window import create_gl_window, silence
+from glimt.viewer.window.gl_window import create_gl_window, silence
 
 # isort: split
 # After gl_window, which chooses among the libraries of GLFW:
@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rendercanvas.glfw import GlfwCanvasGroup, GlfwRenderCanvas
 
-from glimt.viewer.blit import Blitter
-from glimt.viewer.glfw_loop import loop
+from glimt.viewer.window.blit import Blitter
+from glimt.viewer.window.loop import loop
 
 __all__ = ["WindowCanvas", "loop"]
 

@@ -1,0 +1,1 @@
+"""The viewer in a desktop window, with OpenGL and without a GPU."""
