@@ -30,9 +30,11 @@ def thread():
 
 
 def settle(thread):
-    """Take pictures until none is left to be made."""
-    while not (thread.viewer.at_rest and thread._wanted):
+    """Take pictures until none is left to be made, nor is being made."""
+    rounds_at_rest = 0
+    while rounds_at_rest < 10:
         thread.take()
+        rounds_at_rest = rounds_at_rest + 1 if thread.viewer.at_rest and thread._wanted else 0
         time.sleep(0.01)
 
 

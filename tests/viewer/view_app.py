@@ -15,6 +15,7 @@ from collections import deque
 from glimt import GlimtError, cli
 from glimt.viewer import session
 from glimt.viewer import viewer as viewer_module
+from glimt.viewer.gl_window import glfw
 
 REST_SECONDS = viewer_module.REST_SECONDS
 
@@ -58,6 +59,8 @@ class App:
 
     def _show_frame(self):
         self._paint()
+        if self.canvas._window:
+            glfw.get_window_pos(self.canvas._window)  # is answered when the server has done all that came before
         self.presented.append((time.perf_counter(), *self._shown))
 
     def frames_since(self, start):
@@ -68,6 +71,7 @@ class App:
         """Return all that a key could change."""
         viewer, thread, picked = self.viewer, self.thread, self.viewer.picked
         pose, size = viewer.pose, viewer.size
+        on_screen = bool(self.presented) and self.presented[-1][1] == self._begun
         return {
             "position": pose.position, "right": pose.right, "up": pose.up, "look": pose.look, "fov": pose.fov_deg,
             "target": viewer.motion.target, "speed": viewer.motion.speed, "moving": viewer.motion.moving,
@@ -80,8 +84,8 @@ class App:
             "message": viewer.message, "error": viewer.error, "size": size, "rendered_size": viewer.rendered_size,
             "film_samples": viewer.film_samples, "rendered": thread.rendered, "taken": thread.taken,
             "shown": self._shown[0], "p50": viewer.times.percentile(50), "p95": viewer.times.percentile(95),
-            # as good as it gets, and on the screen; a message may yet go
-            "at_rest": viewer.due(time.perf_counter()) > REST_SECONDS and self._shown[0] == self._begun,
+            # as good as it gets; a message may yet go
+            "at_rest": viewer.due(time.perf_counter()) > REST_SECONDS and on_screen,
         }
 
     def hurry(self):
