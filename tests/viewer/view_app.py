@@ -12,11 +12,10 @@ import threading
 import time
 from collections import deque
 
-from glimt.viewer.gl_window import glfw
-
 from glimt import GlimtError, cli
 from glimt.viewer import session
 from glimt.viewer import viewer as viewer_module
+from glimt.viewer.window.gl_window import glfw
 
 REST_SECONDS = viewer_module.REST_SECONDS
 
