@@ -345,6 +345,6 @@ def test_nothing_is_drawn_for_a_tab_that_is_closed(open_page, capsys):
 
 def test_the_pages_files_are_in_the_package():
     from importlib.resources import files
-    page = files("glimt.viewer") / "page"
+    page = files("glimt.viewer.web") / "page"
     assert {name.name for name in page.iterdir()} >= {"index.html", "page.css", "page.js", "input.js"}
     assert json.dumps((page / "index.html").read_text(encoding="utf-8")).count("$query") == 2
