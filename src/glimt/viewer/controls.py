@@ -18,7 +18,7 @@ _DOLLY = 0.12
 _DOLLY_SECONDS = 0.4
 """How long a flight one notch is worth."""
 _LOOK_GAIN = 2.0
-"""Mouse look turns that much faster than a drag, under which the picture keeps its place."""
+"""Mouse look turns that much faster than a drag, of which one over the picture's height is a field of view."""
 _SHIFT_SECONDS = 0.2
 """Shift belongs to other keys as well: held for less than that it does not move the camera."""
 

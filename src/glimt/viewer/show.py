@@ -29,7 +29,8 @@ def in_window(session: Session) -> None:
     GlimtError
         Where there is no display; the message names the other places.
     """
-    window = need("glimt.viewer.window.canvas", "view")
+    from glimt.viewer.window import canvas as window
+
     canvas = window.WindowCanvas(size=session.window_size, title=session.title, max_fps=session.max_fps)
     try:
         viewer = session.viewer(CanvasHost(canvas, window.loop.call_soon_threadsafe, session.folder))
