@@ -46,6 +46,19 @@ def test_the_next_picture_waits_until_the_last_is_taken(thread):
     wait_for(lambda: thread.rendered == 2)
 
 
+def test_one_picture_may_be_made_ahead():
+    viewer = Viewer(make_scene(), threads=1)
+    thread = RenderThread(viewer, lambda: None, ahead=1)
+    thread.start()
+    wait_for(lambda: thread.rendered == 2)
+    time.sleep(0.4)
+    assert thread.rendered == 2
+    assert thread.take() is not None
+    assert thread.taken == 1
+    wait_for(lambda: thread.rendered == 4)
+    thread.stop()
+
+
 def test_at_rest_it_sleeps_until_an_event(thread):
     settle(thread)
     time.sleep(3.0)  # until notices are gone

@@ -29,7 +29,7 @@ class App:
         self.presented = deque(maxlen=5000)
         self._begun, self._made, self._shown = 0, {}, (0, None, 0.0)
 
-    def connect(self, canvas, viewer):
+    def connect(self, canvas, viewer, **options):
         """Do what `canvas.connect` does, and keep who is connected."""
         self.canvas, self.viewer = canvas, viewer
         self._first = dataclasses.replace(viewer.scene, lights=list(viewer.scene.lights),
@@ -37,7 +37,7 @@ class App:
         self._speed = viewer.motion.speed
         self._frame, viewer.frame = viewer.frame, self._make_frame
         self._paint, canvas._paint = canvas._paint, self._show_frame
-        self.thread = _connect(canvas, viewer)
+        self.thread = _connect(canvas, viewer, **options)
         self._take, self.thread.take = self.thread.take, self._take_frame
         self.ready.set()
         return self.thread

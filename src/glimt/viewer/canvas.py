@@ -9,16 +9,16 @@ from glimt.viewer.viewer import Viewer
 EVENTS = ("key_down", "key_up", "pointer_down", "pointer_move", "pointer_up", "double_click", "wheel", "resize")
 
 
-def connect(canvas: Any, viewer: Viewer) -> RenderThread:
+def connect(canvas: Any, viewer: Viewer, ahead: int = 0) -> RenderThread:
     """Show a viewer on a canvas of rendercanvas that takes bitmaps; the thread ends when the canvas is closed.
 
     Events are handed to the thread, pictures are taken from it: the canvas' own thread does nothing that lasts. If
-    the thread ends by an error, the canvas is closed; the error is in `RenderThread.error`.
+    the thread ends by an error, the canvas is closed; the error is in `RenderThread.error`. `ahead`: see there.
     """
     logging.getLogger("rendercanvas").setLevel(logging.ERROR)  # Ctrl-C is no warning
     context = canvas.get_bitmap_context()
     # A draw that is asked for is a flag, which the canvas' scheduler looks at: any thread may set it.
-    thread = RenderThread(viewer, canvas.request_draw)
+    thread = RenderThread(viewer, canvas.request_draw, ahead)
 
     def draw() -> None:
         if not thread.running:

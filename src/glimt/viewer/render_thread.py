@@ -25,11 +25,14 @@ class RenderThread:
     ----------
     viewer : Viewer
         Belongs to this thread once it runs.
+    ahead : int
+        How many pictures may be made while the last one waits to be taken, 0 or 1: the newest is taken, and neither
+        side waits for the other.
     announce : function
         Is called, in this thread, when there is a new picture to take, and when the thread ends.
     """
 
-    def __init__(self, viewer: Viewer, announce: Callable[[], None]) -> None:
+    def __init__(self, viewer: Viewer, announce: Callable[[], None], ahead: int = 0) -> None:
         self.viewer = viewer
         self.rendered = 0
         self.taken = 0
@@ -37,7 +40,7 @@ class RenderThread:
         self._announce = announce
         self._events: deque[Event] = deque(maxlen=_MOST_EVENTS)
         self._picture: NDArray[np.uint8] | None = None
-        self._wanted = True
+        self._untaken, self._ahead = 0, ahead
         self._stopping = self._ended = False
         self._condition = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="glimt-render", daemon=True)
@@ -63,9 +66,8 @@ class RenderThread:
     def take(self) -> NDArray[np.uint8] | None:
         """Return the last picture, (h, w, 4) uint8, and ask for the next; None before the first."""
         with self._condition:
-            if not self._wanted and self._picture is not None:
-                self.taken += 1
-            self._wanted = True
+            self.taken += self._untaken > 0
+            self._untaken = 0
             self._condition.notify()
             return self._picture
 
@@ -96,11 +98,15 @@ class RenderThread:
             self._ended = True
             self._announce()
 
+    def _wanted(self) -> bool:
+        """Return whether a picture may be begun."""
+        return self._untaken <= self._ahead
+
     def _wait(self) -> bool:
         """Wait for something to do; return whether to go on."""
         with self._condition:
             while not (self._stopping or self._events or self.viewer.jobs):
-                seconds = self.viewer.due(time.perf_counter()) if self._wanted else None
+                seconds = self.viewer.due(time.perf_counter()) if self._wanted() else None
                 if seconds == 0.0:
                     break
                 self._condition.wait(None if seconds is None or seconds == float("inf") else seconds)
@@ -111,12 +117,13 @@ class RenderThread:
         while self._events:
             viewer.handle(self._events.popleft(), time.perf_counter())
         viewer.do_jobs()
-        if not self._wanted:
+        if not self._wanted():
             return
         picture = viewer.frame(time.perf_counter())
         if picture is None:
             return
         with self._condition:
-            self._picture, self._wanted = picture, False
+            self._picture = picture
+            self._untaken += 1
             self.rendered += 1
         self._announce()

@@ -72,7 +72,7 @@ class Session:
     def run(self, canvas: Any, viewer: Viewer, run_loop: Callable[[], None]) -> None:
         """Show the viewer on a canvas until the canvas' loop ends; raise what the rendering thread failed with."""
         with ExitStack() as cleanup:
-            thread = connect(canvas, viewer)
+            thread = connect(canvas, viewer, ahead=1)
             cleanup.callback(thread.stop)
             if self.path is not None and self.files is not None:
                 watcher = Watcher(self.path, self.files, lambda scene: thread.do(lambda: viewer.replace_scene(scene)),
