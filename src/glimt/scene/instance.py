@@ -47,3 +47,7 @@ class Instance:
         rank = np.linalg.matrix_rank(linear, tol=np.abs(linear).max() * 1e-7)
         if rank < 3 or np.abs(np.linalg.inv(linear)).max() > checks.LARGEST:
             raise GlimtError(f"{owner}: object_to_world is singular (it flattens the mesh), give every axis a size")
+
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return (lo, hi) in world space, tight for the box around the mesh."""
+        return linalg.transform_box(self.object_to_world, *self.mesh.bounds())

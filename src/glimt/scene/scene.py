@@ -6,7 +6,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt import linalg
 from glimt.errors import GlimtError
 from glimt.scene import checks
 from glimt.scene.camera import Camera
@@ -127,10 +126,7 @@ class Scene:
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return (lo, hi) of all objects in world space; a box from -1 to 1 for an empty scene."""
-        boxes = [linalg.transform_box(thing.object_to_world, *thing.mesh.bounds()) for thing in self.instances()
-                 if len(thing.mesh.triangles)]
-        boxes += [(np.subtract(thing.center, thing.radius), np.add(thing.center, thing.radius))
-                  for thing in self.spheres()]
+        boxes = [thing.bounds() for thing in self.objects if isinstance(thing, Sphere) or len(thing.mesh.triangles)]
         if not boxes:
             return np.full(3, -1.0), np.full(3, 1.0)
         return np.min([lo for lo, _ in boxes], 0), np.max([hi for _, hi in boxes], 0)

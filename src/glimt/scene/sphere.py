@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from glimt.errors import GlimtError
 from glimt.scene import checks
 from glimt.scene.material import Material
@@ -32,3 +35,7 @@ class Sphere:
         if self.radius == 0:
             raise GlimtError(f"{owner}: radius is 0")
         checks.kind(owner, "material", self.material, Material)
+
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return (lo, hi) in world space."""
+        return np.subtract(self.center, self.radius), np.add(self.center, self.radius)

@@ -7,11 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from glimt import linalg
 from glimt.debug_view import DEBUG_VIEWS, DebugView
-from glimt.pick import Pick
 from glimt.scene.camera import Camera
-from glimt.scene.instance import Instance
 from glimt.scene.light import PointLight
 from glimt.scene.motion import Orbit
 from glimt.scene.scene import Samples
@@ -45,8 +42,8 @@ def add_light(viewer: "Viewer") -> None:
     # An orbit says where a light stands at time 0; this one is to be here now.
     start = orbit.position(viewer.pose.position, -viewer.time)
     color = _COLORS[len(lights) % len(_COLORS)]
-    size = float(np.linalg.norm(hi - lo)) or 1.0
-    lights.append(PointLight(position=start, diffuse=color, radius=size / 4, motion=orbit, name=f"light {len(lights)}"))
+    lights.append(PointLight(position=start, diffuse=color, radius=viewer.scene_size() / 4, motion=orbit,
+                             name=f"light {len(lights)}"))
     _count(viewer, "light", len(lights))
 
 
@@ -175,15 +172,7 @@ def frame_picked(viewer: "Viewer") -> None:
     if viewer.picked is None:
         viewer.say("click on an object first")
         return
-    _frame(viewer, *bounds_of(viewer.picked))
-
-
-def bounds_of(picked: Pick) -> tuple[np.ndarray, np.ndarray]:
-    """Return the box around a picked object."""
-    thing = picked.object
-    if isinstance(thing, Instance):
-        return linalg.transform_box(thing.object_to_world, *thing.mesh.bounds())
-    return np.subtract(thing.center, thing.radius), np.add(thing.center, thing.radius)
+    _frame(viewer, *viewer.picked.object.bounds())
 
 
 def _frame(viewer: "Viewer", lo: np.ndarray, hi: np.ndarray) -> None:

@@ -86,7 +86,7 @@ class Viewer:
         self.presenter = Presenter(self.renderer.threads)
         self.saved: dict[int, Pose] = {}
         self.pose = self.first_pose = Pose.of(self._camera())
-        self.motion = Motion(scene_size(self.scene) / _CROSSING_SECONDS)
+        self.motion = Motion(self.scene_size() / _CROSSING_SECONDS)
         self.time = 0.0
         self.time_runs = True
         self.paused = False
@@ -140,6 +140,14 @@ class Viewer:
         settings.width, settings.height = self.size
         self.scene.camera = self.pose.camera()
         return self.renderer.pick(x, y, self.time)
+
+    def scene_size(self) -> float:
+        """Return the length of the diagonal of the box around everything."""
+        lo, hi = self.scene.bounds()
+        size = float(np.linalg.norm(hi - lo))
+        if not math.isfinite(size):
+            raise GlimtError(f"{self.scene.name}: the scene is too large to be flown through")
+        return size or 1.0
 
     def target_distance(self) -> float:
         """Return how far away what is looked at is: the target, or about as much as is seen of the scene."""
@@ -346,12 +354,3 @@ class Viewer:
     def triangles(self) -> int:
         """Triangles of the scene, those of a mesh once for each instance."""
         return self._triangles
-
-
-def scene_size(scene: Scene) -> float:
-    """Return the length of the diagonal of the box around everything."""
-    lo, hi = scene.bounds()
-    size = float(np.linalg.norm(hi - lo))
-    if not math.isfinite(size):
-        raise GlimtError(f"{scene.name}: the scene is too large to be flown through")
-    return size or 1.0
