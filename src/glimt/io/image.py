@@ -1,6 +1,7 @@
 """Image files to textures, and images to files."""
 
 import contextlib
+import io
 import os
 import secrets
 import warnings
@@ -109,6 +110,13 @@ def save_image(path: str | os.PathLike[str], image: NDArray[np.uint8]) -> None:
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def encode_png(image: NDArray[np.uint8]) -> bytes:
+    """Return an (h, w, 3) uint8 image, row 0 on top, as the bytes of a PNG file."""
+    file = io.BytesIO()
+    Image.fromarray(image).save(file, "PNG", **_OPTIONS["PNG"])
+    return file.getvalue()
 
 
 def _decode(path: Path, allowance: int) -> NDArray[np.uint8]:

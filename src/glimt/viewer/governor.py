@@ -4,6 +4,7 @@ import math
 import statistics
 from collections import deque
 
+DEFAULT_BUDGET = 1 / 30
 _STEP = 2 ** -0.25
 """Each level has 0.84 times the side of the one before: the next smaller has 0.71 times the pixels."""
 _LEVELS = 13

@@ -2,15 +2,12 @@
 
 import asyncio
 import base64
-import io
 import sys
 from typing import Any
 from weakref import WeakSet
 
-from PIL import Image
-
+from glimt.viewer.screenshot import finest_png
 from glimt.viewer.session import Session
-from glimt.viewer.viewer import Viewer
 
 
 def in_notebook() -> bool:
@@ -89,13 +86,6 @@ def _still(session: Session, hint: str) -> Still:
     viewer = session.viewer()
     viewer.resize(*session.window_size)
     try:
-        return Still(png_of(viewer), hint)
+        return Still(finest_png(viewer), hint)
     finally:
         viewer.presenter.close()
-
-
-def png_of(viewer: Viewer) -> bytes:
-    """Return the picture at full quality as a PNG file."""
-    file = io.BytesIO()
-    Image.fromarray(viewer.finest()[..., :3]).save(file, "PNG", compress_level=2)
-    return file.getvalue()

@@ -14,8 +14,9 @@ from anywidget import AnyWidget
 from rendercanvas.anywidget import AnywidgetCanvasGroup, AnywidgetRenderCanvas
 
 from glimt.viewer.canvas import connect
-from glimt.viewer.notebook import png_of, replace_widgets
+from glimt.viewer.notebook import replace_widgets
 from glimt.viewer.render_thread import RenderThread
+from glimt.viewer.screenshot import finest_png
 from glimt.viewer.session import CanvasHost, Session
 
 _QUALITY = 90
@@ -48,9 +49,9 @@ class NotebookCanvas(AnywidgetRenderCanvas):  # type: ignore[misc]
         self._next_frame = 0.0
         super().__init__(size=session.window_size)
         self._quality = _QUALITY
-        viewer = session.viewer(CanvasHost(self, self._call_soon, session.folder))
+        viewer = session.viewer(CanvasHost(self, self._call_soon))
         viewer.resize(*session.window_size)
-        self._still = base64.b64encode(png_of(viewer)).decode()
+        self._still = base64.b64encode(finest_png(viewer)).decode()
         self.observe(self._begin_anew, names=["_has_visible_views"])
         self.thread = connect(self, viewer)
         replace_widgets(self)

@@ -1,14 +1,12 @@
 """Pictures of what is seen, at full quality, with the view that made them beside."""
 
 import datetime
-import io
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PIL import Image
-
 from glimt.errors import GlimtError
+from glimt.io.image import encode_png
 from glimt.io.view_file import view_text
 
 if TYPE_CHECKING:
@@ -24,18 +22,21 @@ def save_screenshot(viewer: "Viewer") -> None:
 def _save(viewer: "Viewer") -> None:
     now = datetime.datetime.now()
     name = f"{viewer.scene.name}-{now:%Y%m%d-%H%M%S}-{now.microsecond // 1000:03}"
-    image = Image.fromarray(viewer.finest()[..., :3])
-    png = io.BytesIO()
-    image.save(png, "PNG", compress_level=2)
+    png = finest_png(viewer)
     note = (f"What {name}.png shows: `glimt render SCENE --view {name}.toml --output again.png`\n"
             f"makes the same picture of {viewer.scene.name} again.")
     scene = replace(viewer.scene, settings=replace(viewer.scene.settings, samples=viewer.film_samples))
     view = view_text(scene, viewer.time, note)
     try:
-        where = viewer.keep({f"{name}.png": png.getvalue(), f"{name}.toml": view.encode()})
+        where = viewer.keep({f"{name}.png": png, f"{name}.toml": view.encode()})
         viewer.say(f"saved {where}")
     except (OSError, GlimtError) as error:
         viewer.say(f"not saved: {error}")
+
+
+def finest_png(viewer: "Viewer") -> bytes:
+    """Return the picture at full quality as the bytes of a PNG file."""
+    return encode_png(viewer.finest()[..., :3])
 
 
 def keep_in(folder: Path, files: dict[str, bytes]) -> str:

@@ -9,11 +9,10 @@ from typing import Any
 from glimt.engines import Progress
 from glimt.scene.scene import Scene
 from glimt.viewer.canvas import connect
+from glimt.viewer.governor import DEFAULT_BUDGET
 from glimt.viewer.screenshot import keep_in
 from glimt.viewer.viewer import Host, Viewer
 from glimt.viewer.watch import Watcher
-
-DEFAULT_BUDGET = 1 / 30
 
 
 @dataclass
@@ -92,12 +91,10 @@ class CanvasHost:
         With `set_pointer_captured` and `set_fullscreen`, or without.
     call_soon : function
         Has a function called in the canvas' thread.
-    folder : Path
-        Where files go.
     """
 
-    def __init__(self, canvas: Any, call_soon: Callable[..., None], folder: Path) -> None:
-        self._canvas, self._call_soon, self._folder = canvas, call_soon, folder
+    def __init__(self, canvas: Any, call_soon: Callable[..., None]) -> None:
+        self._canvas, self._call_soon = canvas, call_soon
 
     def set_pointer_captured(self, captured: bool) -> None:
         """Hide the pointer, or give it back."""
@@ -107,9 +104,9 @@ class CanvasHost:
         """Fill the screen, or no longer."""
         self._ask("set_fullscreen", fullscreen)
 
-    def keep(self, files: dict[str, bytes]) -> str:
+    def keep(self, folder: Path, files: dict[str, bytes]) -> str:
         """Write files into the folder."""
-        return keep_in(self._folder, files)
+        return keep_in(folder, files)
 
     def _ask(self, method: str, value: bool) -> None:
         if hasattr(self._canvas, method):

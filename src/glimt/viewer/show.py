@@ -3,6 +3,7 @@
 import importlib
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from glimt.errors import GlimtError
@@ -33,7 +34,7 @@ def in_window(session: Session) -> None:
 
     canvas = window.WindowCanvas(size=session.window_size, title=session.title, max_fps=session.max_fps)
     try:
-        viewer = session.viewer(CanvasHost(canvas, window.loop.call_soon_threadsafe, session.folder))
+        viewer = session.viewer(CanvasHost(canvas, window.loop.call_soon_threadsafe))
         session.run(canvas, viewer, window.loop.run)
     finally:
         canvas.close()
@@ -57,15 +58,16 @@ def in_browser(session: Session, host: str = "127.0.0.1", port: int = 0, open_br
     web, server = (need(f"glimt.viewer.{name}", "web") for name in ("web.canvas", "web.server"))
     keys = [{"keys": keys, "help": help, "group": group} for group, keys, help in help_table()]
     canvas = web.WebCanvas(title=session.title, max_fps=session.max_fps, keys=keys, size=session.window_size)
-    viewer = session.viewer(_PageHost(canvas, web.loop.call_soon_threadsafe, session.folder))
+    viewer = session.viewer(_PageHost(canvas, web.loop.call_soon_threadsafe))
     session.run(canvas, viewer, lambda: server.serve(canvas, host, port, None, open_browser, on_ready))
 
 
 class _PageHost(CanvasHost):
     """Gives files to the browser instead of the server's disk: whoever steers may be anywhere."""
 
-    def keep(self, files: dict[str, bytes]) -> str:
+    def keep(self, folder: Path, files: dict[str, bytes]) -> str:
         """Have the browser download the files."""
+        del folder
         for name, data in files.items():
             self._call_soon(self._canvas.offer_file, name, data, "image/png" if name.endswith("png") else "text/plain")
         return f"{next(iter(files))}, by the browser"
@@ -78,6 +80,6 @@ def in_terminal(session: Session) -> None:
     terminal = need("glimt.viewer.terminal", "terminal")
     overlay = TextOverlay()
     canvas = terminal.TerminalCanvas(overlay, title=session.title, max_fps=min(session.max_fps, 30.0))
-    viewer = session.viewer(CanvasHost(canvas, terminal.loop.call_soon_threadsafe, session.folder))
+    viewer = session.viewer(CanvasHost(canvas, terminal.loop.call_soon_threadsafe))
     viewer.presenter.overlay = overlay
     session.run(canvas, viewer, terminal.run)

@@ -18,7 +18,7 @@ from glimt.renderer import Renderer
 from glimt.scene.camera import Camera
 from glimt.scene.scene import Samples, Scene
 from glimt.viewer.controls import Controls
-from glimt.viewer.governor import Governor
+from glimt.viewer.governor import DEFAULT_BUDGET, Governor
 from glimt.viewer.keys import Event
 from glimt.viewer.motion import NEAREST_SECONDS, Motion
 from glimt.viewer.overlay import FrameTimes
@@ -46,8 +46,8 @@ class Host(Protocol):
     def set_fullscreen(self, fullscreen: bool) -> None:
         """Fill the screen, or no longer."""
 
-    def keep(self, files: dict[str, bytes]) -> str:
-        """Keep files for the user, by name; return what to tell where they are."""
+    def keep(self, folder: Path, files: dict[str, bytes]) -> str:
+        """Keep files for the user, by name, in a folder if they stay here; return what to tell where they are."""
 
 
 class Viewer:
@@ -72,8 +72,8 @@ class Viewer:
     pose, motion, time, governor, times : the camera, how it moves, seconds of the lights' clock, and so on
     """
 
-    def __init__(self, scene: Scene, *, budget: float = 1 / 30, threads: int | None = None, engine: str = "auto",
-                 progress: Progress | None = None, host: Host | None = None) -> None:
+    def __init__(self, scene: Scene, *, budget: float = DEFAULT_BUDGET, threads: int | None = None,
+                 engine: str = "auto", progress: Progress | None = None, host: Host | None = None) -> None:
         self.scene = replace(scene, lights=list(scene.lights), settings=replace(scene.settings))
         self.renderer = Renderer(self.scene, threads=threads, engine=engine, progress=progress)
         self.host = host
@@ -207,7 +207,7 @@ class Viewer:
 
     def keep(self, files: dict[str, bytes]) -> str:
         """Keep files where the host keeps them, else in `folder`; return what to tell where they are."""
-        return self.host.keep(files) if self.host else keep_in(self.folder, files)
+        return self.host.keep(self.folder, files) if self.host else keep_in(self.folder, files)
 
     # ---- pictures ------------------------------------------------------------------------------------------------
 
