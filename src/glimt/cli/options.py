@@ -1,10 +1,15 @@
 """Values of options that several commands have."""
 
+import dataclasses
 import math
 import re
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from glimt.scene.scene import Scene
 
 
 def parse_size(text: str) -> tuple[int, int]:
@@ -42,6 +47,18 @@ def parse_finite(text: str) -> float:
     if not math.isfinite(value):
         raise typer.BadParameter(f"{text!r} is not a number")
     return value
+
+
+def load_with_options(path: Path, view: Path | None, options: dict[str, Any]) -> "Scene":
+    """Return a scene as a view file shows it, with what was given of the options, by names of RenderSettings."""
+    from glimt.io import load
+    scene = load(path)
+    if view:
+        from glimt.io.view_file import apply_view
+        scene = apply_view(scene, view)
+    given = {name: value for name, value in options.items() if value is not None}
+    scene.settings = dataclasses.replace(scene.settings, **given)
+    return scene
 
 
 Engine = Annotated[str, typer.Option(parser=parse_engine, metavar="cpu|gpu|auto",

@@ -1,13 +1,12 @@
 """``glimt render``: a scene to an image file."""
 
-import dataclasses
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from glimt.cli.options import Engine, parse_finite, parse_samples, parse_size
+from glimt.cli.options import Engine, load_with_options, parse_finite, parse_samples, parse_size
 from glimt.cli.outcome import WarningLog, outcome
 from glimt.cli.progress import ConsoleProgress
 from glimt.errors import GlimtError
@@ -45,13 +44,8 @@ def render(
         log = WarningLog()
         with log.collect(), ConsoleProgress() as progress:
             from glimt.engines import begin_preparing
-            from glimt.io import load
             begin_preparing(engine)
-            loaded = load(scene)
-            if view:
-                from glimt.io.view_file import apply_view
-                loaded = apply_view(loaded, view)
-            loaded.settings = _override(loaded.settings, overrides)
+            loaded = load_with_options(scene, view, overrides)
             film = _trace(loaded, threads, engine, time, progress)
         from glimt.io.image import save_image
         save_image(output, film.image(loaded.settings.exposure, loaded.settings.tone_curve))
@@ -74,11 +68,6 @@ def _check_output(path: Path) -> None:
         raise GlimtError(f"{path}: there is no folder {path.parent}; create it")
     if not os.access(path.parent, os.W_OK):
         raise GlimtError(f"{path}: the folder {path.parent} cannot be written to")
-
-
-def _override(settings: "RenderSettings", options: dict[str, Any]) -> "RenderSettings":
-    """Return the settings with the options that were given."""
-    return dataclasses.replace(settings, **{name: value for name, value in options.items() if value is not None})
 
 
 def _summary(output: Path, settings: "RenderSettings", film: "Film", log: WarningLog) -> str:

@@ -1,12 +1,11 @@
 """``glimt view``: fly through a scene."""
 
-import dataclasses
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from glimt.cli.options import Engine, parse_samples, parse_size
+from glimt.cli.options import Engine, load_with_options, parse_samples, parse_size
 from glimt.cli.outcome import WarningLog, outcome
 from glimt.cli.progress import ConsoleProgress
 from glimt.errors import GlimtError
@@ -44,19 +43,12 @@ def view(
             from glimt.viewer.window.gl_window import check_display
             check_display()  # before kernels are compiled for nothing
         from glimt.engines import begin_preparing
-        from glimt.io import load
         from glimt.io.files_read import recorded
         from glimt.viewer import show
         from glimt.viewer.session import Session
         begin_preparing(engine)
         with WarningLog().collect(), recorded() as files:
-            loaded = load(scene)
-            if view:
-                from glimt.io.view_file import apply_view
-                loaded = apply_view(loaded, view)
-        given = {"samples": samples, "max_bounces": bounces}
-        loaded.settings = dataclasses.replace(
-            loaded.settings, **{name: value for name, value in given.items() if value is not None})
+            loaded = load_with_options(scene, view, {"samples": samples, "max_bounces": bounces})
         with ConsoleProgress() as progress:
             session = Session(loaded, window_size, budget / 1000, max_fps, threads, progress,
                               scene if watch else None, files, Path.cwd(), engine)

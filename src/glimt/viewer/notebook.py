@@ -6,8 +6,10 @@ import sys
 from typing import Any
 from weakref import WeakSet
 
+from glimt.errors import GlimtError
 from glimt.viewer.screenshot import finest_png
 from glimt.viewer.session import Session
+from glimt.viewer.show import need
 
 
 def in_notebook() -> bool:
@@ -74,12 +76,10 @@ def notebook_widget(session: Session) -> Any:
     except RuntimeError:
         return _still(session, "for a view to fly through: call it in a cell, not in a thread")
     try:
-        from glimt.viewer.notebook_canvas import NotebookCanvas
-    except ModuleNotFoundError as error:
-        if (error.name or "").startswith("glimt"):
-            raise
+        canvas = need("glimt.viewer.notebook_canvas", "notebook")
+    except GlimtError:
         return _still(session, "for a view to fly through: pip install 'glimt[notebook]', and restart")
-    return NotebookCanvas(session)
+    return canvas.NotebookCanvas(session)
 
 
 def _still(session: Session, hint: str) -> Still:
