@@ -7,7 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt.color import develop
+from glimt.color import develop, srgb_to_linear
 from glimt.errors import GlimtError
 
 DebugView = Literal["normals", "depth", "barycentrics", "instances", "nodes", "shadows"]
@@ -140,8 +140,7 @@ def _object_colors() -> NDArray[np.uint8]:
 def _heat_colors() -> NDArray[np.uint8]:
     """Return the heat map, (256, 3) uint8: its lightness (CIE L*) grows evenly."""
     corners = np.array(_HEAT, np.float64) / 255
-    linear = np.where(corners <= 0.04045, corners / 12.92, ((corners + 0.055) / 1.055) ** 2.4)
-    luminance = linear @ (0.2126, 0.7152, 0.0722)
+    luminance = srgb_to_linear(corners) @ (0.2126, 0.7152, 0.0722)
     lightness = np.where(luminance > 216 / 24389, 1.16 * np.cbrt(luminance) - 0.16, luminance * 24389 / 2700)
     shares = np.linspace(0, 1, 256)
     return _bytes(np.stack([np.interp(shares, lightness, corner) for corner in corners.T], 1))

@@ -90,6 +90,9 @@ class Renderer:
             progress("building trees", 0.0)
         self._packed = self._packer.pack(self.scene)
         self._objects = list(self.scene.objects)
+        # By packed instance, its place in the scene's objects: meshes without triangles are not packed.
+        self._placed = [k for k, thing in enumerate(self._objects)
+                        if isinstance(thing, Sphere) or len(thing.mesh.triangles)]
         self._light_rows: list[LightRow] | None = None
         self._framing: tuple[float, Camera] | None = None
 
@@ -118,9 +121,9 @@ class Renderer:
         tints = light_tints(len(scene.lights), light)
         self._upload(time)
         values = self._engine.render_debug(self._view(), (settings.width, settings.height), view, tints)
-        if view == "instances" and len(self._placed()) < len(self._objects):
+        if view == "instances" and len(self._placed) < len(self._objects):
             met, numbers = values[..., 3] > 0, values.view(np.int32)[..., 0]
-            numbers[met] = np.array(self._placed(), np.int32)[numbers[met]]
+            numbers[met] = np.array(self._placed, np.int32)[numbers[met]]
         return DebugFilm(view, values)
 
     def pick(self, x: float, y: float, time: float = 0.0) -> Pick | None:
@@ -145,7 +148,7 @@ class Renderer:
         hits = self._engine.find_hits(np.array([*origin, *direction, np.inf], np.float32)[:, None])
         if hits.inst[0] == MISS:
             return None
-        index = self._placed()[hits.inst[0]]
+        index = self._placed[hits.inst[0]]
         return pick_from(self._objects[index], index, int(hits.prim[0]), float(hits.u[0]), float(hits.v[0]), origin,
                          origin + float(hits.t[0]) * direction)
 
@@ -160,10 +163,6 @@ class Renderer:
     def _view(self) -> NDArray[np.float32]:
         """Return the VIEW record of the next picture."""
         return pack_view(self.scene.camera or self._framed(), self.scene.settings, self.scene.lights)
-
-    def _placed(self) -> list[int]:
-        """Return the places of the packed instances in the scene's objects: meshes without triangles are left out."""
-        return [k for k, thing in enumerate(self._objects) if isinstance(thing, Sphere) or len(thing.mesh.triangles)]
 
     def cancel(self) -> None:
         """Stop the render that another thread is in: there it raises `RenderCancelled` within a few packets' time.
@@ -189,7 +188,7 @@ class Renderer:
         materials |= {id(thing.material) for thing in scene.objects if getattr(thing, "material", None)}
         return SceneStats(
             triangles=sum(len(mesh.triangles) for mesh in meshes),
-            placed_triangles=sum(len(thing.mesh.triangles) for thing in scene.instances()),
+            placed_triangles=scene.placed_triangles(),
             meshes=len(meshes), instances=len(scene.instances()), spheres=len(scene.spheres()),
             lights=len(scene.lights), materials=len(materials), textures=packed.texture_count,
             texture_bytes=packed.texels.nbytes, tree_depth=max((tree.depth for tree in trees), default=0),

@@ -37,7 +37,7 @@ def measure_row(name: str, scene: Scene, threads: tuple[int, ...], frames: int, 
     settings, rays = scene.settings, films[threads[0]].counters
     common = {"row": name, "title": ROWS[name].title, "size": [settings.width, settings.height],
               "samples": settings.samples, "bounces": settings.max_bounces, "lights": len(scene.lights),
-              "triangles": sum(len(thing.mesh.triangles) for thing in scene.instances()),
+              "triangles": scene.placed_triangles(),
               "instances": len(scene.instances()), "spheres": len(scene.spheres()),
               "rays": {"primary": rays.primary, "shadow": rays.shadow, "mirror": rays.mirror},
               "yardstick": yardstick.describe(), "differing": yardstick.differing()}

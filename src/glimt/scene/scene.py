@@ -131,6 +131,10 @@ class Scene:
             return np.full(3, -1.0), np.full(3, 1.0)
         return np.min([lo for lo, _ in boxes], 0), np.max([hi for _, hi in boxes], 0)
 
+    def placed_triangles(self) -> int:
+        """Return how many triangles there are, those of a mesh once for each instance."""
+        return sum(len(thing.mesh.triangles) for thing in self.instances())
+
     def camera_or_framing(self) -> Camera:
         """Return the camera, or one that frames all objects."""
         if self.camera is not None:
