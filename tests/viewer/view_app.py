@@ -15,6 +15,8 @@ from collections import deque
 from glimt import GlimtError, cli
 from glimt.viewer import session
 from glimt.viewer import viewer as viewer_module
+from glimt.viewer.controls import Controls
+from glimt.viewer.motion import Motion
 from glimt.viewer.window.gl_window import glfw
 
 REST_SECONDS = viewer_module.REST_SECONDS
@@ -99,10 +101,8 @@ class App:
         def job():
             viewer, first = self.viewer, self._first
             viewer.scene.lights[:], viewer.scene.settings = first.lights, dataclasses.replace(first.settings)
-            viewer.controls.let_go()
-            viewer.motion.stop()
-            viewer.motion.target, viewer.motion.speed = None, self._speed
             vars(viewer).update(
+                controls=Controls(viewer), motion=Motion(self._speed),
                 pose=viewer.first_pose, samples=first.settings.samples, time=0.0, time_runs=False, paused=False,
                 help_shown=False, saving_view=False, debug_view=None, overlay_level=1, picked=None, message=None,
                 _message_ends=math.inf, saved={})

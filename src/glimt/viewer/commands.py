@@ -13,6 +13,7 @@ from glimt.scene.light import PointLight
 from glimt.scene.motion import Orbit
 from glimt.scene.scene import Samples
 from glimt.viewer.keys import KEYS
+from glimt.viewer.overlay.frame_info import samples_text
 from glimt.viewer.pose import Pose, along
 from glimt.viewer.screenshot import save_screenshot
 
@@ -76,8 +77,7 @@ def next_samples(viewer: "Viewer") -> None:
     """Take the next number of samples a pixel."""
     now = _SAMPLES.index(viewer.samples) if viewer.samples in _SAMPLES else -1
     viewer.samples = _SAMPLES[(now + 1) % len(_SAMPLES)]
-    name = viewer.samples if viewer.samples == "adaptive" else f"{viewer.samples}×{viewer.samples}"
-    viewer.say(f"{name} samples a pixel")
+    viewer.say(f"{samples_text(viewer.samples)} samples a pixel")
     viewer.changed()
 
 

@@ -50,12 +50,6 @@ class Controls:
         if now >= self.shift_due:
             self._hold("Shift", "down")
 
-    def let_go(self) -> None:
-        """Forget every key that is down: nobody will tell when it comes up."""
-        self._down.clear()
-        self.shift_due = math.inf
-        self._viewer.motion.release()
-
     def forget_pointer(self) -> None:
         """Forget where the pointer was: it is about to jump."""
         self._pointer = self._pressed = None

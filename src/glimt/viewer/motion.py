@@ -42,11 +42,9 @@ class Motion:
         """Begin to move in a direction: a key went down."""
         self._held.setdefault(direction, 0.0)
 
-    def release(self, direction: str | None = None) -> None:
-        """End moving in one direction, or in all."""
-        if direction is None:
-            self._held.clear()
-        elif direction in self._held:
+    def release(self, direction: str) -> None:
+        """End moving in a direction: its key came up."""
+        if direction in self._held:
             left = max(0.0, _TAP_SECONDS - self._held.pop(direction)) * self.speed
             right, up, forward = _DIRECTIONS[direction]
             self.slide(left * right, left * up, left * forward)

@@ -70,6 +70,8 @@ class Viewer:
     size : (width, height)
         Pixels of the canvas.
     pose, motion, time, governor, times : the camera, how it moves, seconds of the lights' clock, and so on
+    triangles : int
+        Those of a mesh once for each instance.
     """
 
     def __init__(self, scene: Scene, *, budget: float = DEFAULT_BUDGET, threads: int | None = None,
@@ -110,7 +112,7 @@ class Viewer:
         self._stage = 0
         self._changed = self._uncovered = True
         self._refining = self._interrupted = False
-        self._triangles = self.renderer.stats().placed_triangles
+        self.triangles = self.scene.placed_triangles()
 
     # ---- what others tell it -------------------------------------------------------------------------------------
 
@@ -136,9 +138,7 @@ class Viewer:
 
     def find(self, x: float, y: float) -> Pick | None:
         """Return what is seen at a pixel of the canvas."""
-        settings = self.scene.settings
-        settings.width, settings.height = self.size
-        self.scene.camera = self.pose.camera()
+        self._aim(self.size)
         return self.renderer.pick(x, y, self.time)
 
     def scene_size(self) -> float:
@@ -185,7 +185,7 @@ class Viewer:
             self.renderer.update()
             self.fail(str(error))
             return
-        self._triangles = self.renderer.stats().placed_triangles
+        self.triangles = self.scene.placed_triangles()
         first = Pose.of(self._camera())
         if first != self.first_pose:
             self.pose = self.first_pose = first
@@ -331,10 +331,8 @@ class Viewer:
 
     def _render(self, size: tuple[int, int], samples: Samples, progress: Progress | None = None) -> None:
         """Render a picture of a size into the presenter."""
-        settings = self.scene.settings
-        settings.width, settings.height = size
-        settings.samples = samples
-        self.scene.camera = self.pose.camera()
+        self._aim(size)
+        self.scene.settings.samples = samples
         if self.debug_view:
             self.presenter.show(self.renderer.render_debug(self.debug_view, self.time).image(), self.size)
             self.film = Film(np.zeros((1, 1, 4), np.float32))
@@ -342,15 +340,16 @@ class Viewer:
             film = self.renderer.render(self.time, progress, self._films.pop(size, None))
             self._films = {size: film} if len(self._films) > 2 else {**self._films, size: film}
             self.film = film
-            self.presenter.develop(film, settings, self.size)
+            self.presenter.develop(film, self.scene.settings, self.size)
         self.film_samples = samples
 
+    def _aim(self, size: tuple[int, int]) -> None:
+        """Have the scene seen as the pose says, in a picture of that size."""
+        self.scene.settings.width, self.scene.settings.height = size
+        self.scene.camera = self.pose.camera()
+
     def _camera(self) -> Camera:
+        """Return the scene's own camera, or one that frames it on the canvas."""
         settings = self.scene.settings
         settings.width, settings.height = self.size
         return self.scene.camera_or_framing()
-
-    @property
-    def triangles(self) -> int:
-        """Triangles of the scene, those of a mesh once for each instance."""
-        return self._triangles

@@ -1,7 +1,8 @@
 """What the viewer knows of a frame, for showing it."""
 
 from dataclasses import dataclass, field
-from typing import Literal
+
+from glimt.scene.scene import Samples
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class FrameInfo:
     shown_height: int
     max_bounces: int
     lights: int
-    samples: int | Literal["adaptive"]
+    samples: Samples
     triangles: int
     mode: str
     budget: float = 1 / 30
@@ -56,3 +57,8 @@ class FrameInfo:
     message: str | None = None
     error: str | None = None
     picked: str | None = None
+
+
+def samples_text(samples: Samples) -> str:
+    """Return samples a pixel as they are shown: "adaptive", or "2×2"."""
+    return samples if isinstance(samples, str) else f"{samples}×{samples}"

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.viewer.overlay.frame_graph import axis_top, budget_color, draw_bars, line_row
-from glimt.viewer.overlay.frame_info import FrameInfo
+from glimt.viewer.overlay.frame_info import FrameInfo, samples_text
 from glimt.viewer.overlay.glyph import line_height
 from glimt.viewer.overlay.panel import BRIGHT, DIM, Panel
 from glimt.viewer.overlay.text import LEGIBLE, shorten, text_width
@@ -68,7 +68,7 @@ def detail_rows(info: FrameInfo) -> list[Row]:
         (("size", f"{info.width}×{info.height} · {scale:.0f} %"),),
         (("mode", mode),),
         (("bounces", str(info.max_bounces)), ("lights", str(info.lights))),
-        (("samples", info.samples if isinstance(info.samples, str) else f"{info.samples}×{info.samples}"),),
+        (("samples", samples_text(info.samples)),),
         (("triangles", f"{info.triangles:,}"),),
         *([(("engine", info.engine),)] if info.engine else []),
         *(((stage.replace("_", " "), f"{milliseconds(seconds)} ms"),) for stage, seconds in info.stages.items()),
