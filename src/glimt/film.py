@@ -60,3 +60,9 @@ class Film:
     def image(self, exposure: float = 0.0, tone_curve: ToneCurve = "clamp") -> NDArray[np.uint8]:
         """Return the developed picture, (h, w, 3) uint8 sRGB (see `glimt.color.develop`)."""
         return develop(self.sums, exposure, tone_curve)
+
+
+def sums_for(size: tuple[int, int], film: Film | None) -> NDArray[np.float32]:
+    """Return where the sums of a picture of that (width, height) may be written: over those of `film`, if they fit."""
+    shape = (size[1], size[0], 4)
+    return film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)

@@ -22,7 +22,7 @@ from glimt.engines.cpu.kernels.visits import count_visits
 from glimt.engines.cpu.warm_up import STAGE, compile_kernels
 from glimt.engines.engine import Hits, Progress, Samples
 from glimt.errors import GlimtError, RenderCancelled
-from glimt.film import Counters, Film
+from glimt.film import Counters, Film, sums_for
 from glimt.kernel import is_ready
 from glimt.layout import CANCEL, COUNTER_STRIDE, NEXT_TILE, VIEW
 from glimt.packed import PackedScene
@@ -79,15 +79,14 @@ class CpuEngine:
                progress: Progress | None = None, film: Film | None = None) -> Film:
         """Render the uploaded scene (see `Engine.render`); Ctrl-C stops within a few packets' time."""
         start = time.perf_counter()
-        shape = (size[1], size[0], 4)
-        sums = film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)
+        sums = sums_for(size, film)
         counters = self._new_counters(sums)
         uploaded = self._uploaded()
         with self._begin() as control:
             if progress:
                 progress("rendering", 0.0)
             if samples == "adaptive":
-                first, first_view = np.empty(shape, np.float32), view.copy()
+                first, first_view = np.empty_like(sums), view.copy()
                 first_view[VIEW.spread] *= FIRST_FOOTPRINT
                 self._run(render_tiles, (*uploaded, first_view, first, 1, max_bounces), control, counters,
                           _part(progress, 0.0))

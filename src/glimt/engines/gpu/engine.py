@@ -18,7 +18,7 @@ from glimt.engines.gpu.device import open_device
 from glimt.engines.gpu.scene_buffers import SceneBuffers
 from glimt.engines.gpu.stages import Group, Stages, counter_words, frame_records, path_bytes
 from glimt.errors import GlimtError, RenderCancelled
-from glimt.film import Counters, Film
+from glimt.film import Counters, Film, sums_for
 from glimt.layout import COUNTER, FRAME, MISS, PATH, VIEW, dtype
 from glimt.packed import PackedScene
 
@@ -56,7 +56,7 @@ class GpuEngine:
         self._scene = SceneBuffers(self._device)
         own = {name: Buffer(self._device, name) for name in ("frame", "paths", "film", "counters")}
         own["dispatch"] = Buffer(self._device, "dispatch", 16, extra_usage=import_wgpu().BufferUsage.INDIRECT)
-        self._buffers = {**own, **self._scene.named}
+        self._buffers = {**own, **self._scene.buffers}
         self._timer = Timer(self._device)
         self._sums, self._counts = Download(self._device), Download(self._device)
         self._stages: Stages | None = None
@@ -92,8 +92,7 @@ class GpuEngine:
         start = time.perf_counter()
         width, height = size
         grid = _FINEST if samples == "adaptive" else samples
-        shape = (height, width, 4)
-        sums = film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)
+        sums = sums_for(size, film)
         totals = np.zeros(counter_words(max_bounces), np.int64)
         stages: dict[str, float] = {}
         with self._one_at_a_time, self._begin() as stop_if_cancelled:

@@ -13,6 +13,9 @@ from glimt.packed.compressed_nodes import CompressedTrees, compress
 
 _LIGHTS_AHEAD = 16
 """Lights there is room for without laying the records out anew."""
+_LABELS = {"nodes": "the trees", "blocks": "triangles", "records": "instances and materials", "geometry": "vertices",
+           "texels": "textures"}
+"""What errors call the buffers."""
 
 
 class SceneBuffers:
@@ -20,8 +23,8 @@ class SceneBuffers:
 
     Attributes
     ----------
-    named : dict
-        The buffers by the names that kernels have for them.
+    buffers : dict
+        By the names that kernels have for them.
     starts : dict
         First word of each kind of record in its buffer, by the names of FRAME's fields.
     stack_depth : int
@@ -29,11 +32,7 @@ class SceneBuffers:
     """
 
     def __init__(self, device: Device) -> None:
-        self.nodes, self.blocks = Buffer(device, "the trees"), Buffer(device, "triangles")
-        self.records, self.geometry = Buffer(device, "instances and materials"), Buffer(device, "vertices")
-        self.texels = Buffer(device, "textures")
-        self.named = {"nodes": self.nodes, "blocks": self.blocks, "records": self.records, "geometry": self.geometry,
-                      "texels": self.texels}
+        self.buffers = {name: Buffer(device, label) for name, label in _LABELS.items()}
         self.starts: dict[str, int] = {}
         self.stack_depth = 0
         self._light_room = 0
@@ -50,12 +49,12 @@ class SceneBuffers:
         self._upload_trees(scene, before)
         self._upload_records(scene, light_count)
         if before is None or scene.texels is not before.texels:
-            self.texels.upload(scene.texels)
+            self.buffers["texels"].upload(scene.texels)
         if before is None or any(new is not old for new, old in zip(
                 (scene.triangles, scene.vertices, scene.tangents),
                 (before.triangles, before.vertices, before.tangents), strict=True)):
-            self.starts |= _join(self.geometry, triangles=scene.triangles, vertices=scene.vertices,
-                                 tangents=scene.tangents)
+            self.starts |= _join(self.buffers["geometry"], triangles=scene.triangles,
+                                 vertices=scene.vertices, tangents=scene.tangents)
 
     def _upload_trees(self, scene: PackedScene, before: PackedScene | None) -> None:
         same_meshes = before is not None and (scene.blas_nodes is before.blas_nodes
@@ -64,8 +63,8 @@ class SceneBuffers:
         mesh_nodes = trees.blas_nodes.size // COMPRESSED_NODE.words
         upper = trees.tlas_nodes.reshape(-1, COMPRESSED_NODE.words).copy()
         upper[:, COMPRESSED_NODE.child_base] += np.uint32(mesh_nodes)
-        self.nodes.upload(np.concatenate([trees.blas_nodes, upper.ravel()]))
-        self.blocks.upload(np.concatenate([trees.blas_blocks, trees.tlas_instances.view(np.uint32)]))
+        self.buffers["nodes"].upload(np.concatenate([trees.blas_nodes, upper.ravel()]))
+        self.buffers["blocks"].upload(np.concatenate([trees.blas_blocks, trees.tlas_instances.view(np.uint32)]))
         self.starts["scene_root"], self.starts["scene_leaves"] = mesh_nodes, trees.blas_blocks.size
         self.stack_depth = max(trees.blas_depth, trees.tlas_depth)
 
@@ -76,7 +75,7 @@ class SceneBuffers:
         self._light_room = light_count + _LIGHTS_AHEAD
         lights = np.zeros(self._light_room * LIGHT.words, np.float32)
         lights[:scene.lights.size] = scene.lights
-        self.starts |= _join(self.records, instances=instances.view(np.float32), materials=scene.materials,
+        self.starts |= _join(self.buffers["records"], instances=instances.view(np.float32), materials=scene.materials,
                              textures=scene.textures, levels=scene.levels, lights=lights,
                              tints=np.zeros(3 * self._light_room, np.float32))
 
@@ -84,13 +83,8 @@ class SceneBuffers:
         """Write records of a kind that there is room for: "lights", or their "tints"."""
         if values.size:
             with self._device.doing(f"writing {name}"):
-                self._device.gpu.queue.write_buffer(self.records.handle, 4 * self.starts[name],
+                self._device.gpu.queue.write_buffer(self.buffers["records"].handle, 4 * self.starts[name],
                                                     np.ascontiguousarray(values).reshape(-1).view(np.uint32))
-
-    def destroy(self) -> None:
-        """Give the memory back."""
-        for buffer in self.named.values():
-            buffer.destroy()
 
 
 def _same_but_lights(a: PackedScene, b: PackedScene) -> bool:

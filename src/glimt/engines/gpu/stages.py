@@ -45,7 +45,7 @@ class Stages:
     """Pipelines for one workgroup shape and depth of trees, and the bind groups for the buffers at hand."""
 
     def __init__(self, device: Device, group: Group, stack_depth: int, counting: bool) -> None:
-        self.group, self.stack_depth, self.counting = group, stack_depth, counting
+        self.group, self.stack_depth = group, stack_depth
         constants: dict[str, float] = {"GROUP_WIDTH": group.width, "GROUP_HEIGHT": group.height}
         text = (f"const FRAME_VECTORS = {FRAME.words // 4}u;\nconst TREE_STACK = {2 * (7 * stack_depth + 8)}u;\n"
                 f"const COUNTING = {int(counting)}u;\n")
