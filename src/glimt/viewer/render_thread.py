@@ -18,18 +18,18 @@ _MOST_EVENTS = 10_000
 class RenderThread:
     """Lets a viewer work: events go in from any thread, pictures come out.
 
-    The next picture is begun when the last one was taken. So nothing is rendered for a window that is hidden or a
-    browser that has gone, and one picture is made while the one before is being shown.
+    A picture is made while the one before is being shown, and none when `ahead` of them and one more wait to be taken:
+    soon nothing is rendered for a window that is hidden or a browser that has gone.
 
     Parameters
     ----------
     viewer : Viewer
         Belongs to this thread once it runs.
-    ahead : int
-        How many pictures may be made while the last one waits to be taken, 0 or 1: the newest is taken, and neither
-        side waits for the other.
     announce : function
         Is called, in this thread, when there is a new picture to take, and when the thread ends.
+    ahead : int
+        How many pictures may be made while the last one waits to be taken, 0 or 1. With 1 the newest is taken, and
+        neither side waits for the other.
     """
 
     def __init__(self, viewer: Viewer, announce: Callable[[], None], ahead: int = 0) -> None:
