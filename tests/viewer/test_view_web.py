@@ -3,7 +3,6 @@
 import io
 import json
 import math
-import shutil
 import subprocess
 import sys
 import time
@@ -11,16 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from chromium import chromium, needs_chromium
 from PIL import Image
 
-playwright = pytest.importorskip("playwright.sync_api", reason="pip install playwright")
 HERE = Path(__file__).parent
 STONE_ROOM = HERE.parents[1] / "examples" / "stone_room.toml"
-CHROMIUM = shutil.which("chromium")
-OPTIONS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-           "--disable-background-networking", "--disable-component-update", "--disable-sync"]
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs a browser: apt-get install chromium")
+pytestmark = needs_chromium
 
 
 class App:
@@ -61,10 +57,8 @@ def app(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def browser():
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
+    with chromium() as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture

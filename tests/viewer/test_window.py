@@ -3,15 +3,14 @@
 import contextlib
 import json
 import os
-import queue
 import signal
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
+from lines import Lines
 from window_app import picture_of
 from xvfb import xvfb
 
@@ -44,19 +43,12 @@ class App:
     def __init__(self, process):
         self.process = process
         self.seen = []
-        self._lines = queue.SimpleQueue()
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-
-    def _read(self):
-        for line in self.process.stdout:
-            self._lines.put(line)
-        self._lines.put(None)
+        self._lines = Lines(process.stdout)
 
     def next(self, event_type, timeout=10, **fields):
         """Return the next event of this type and with these fields; drop those before it."""
         wanted = {"event_type": event_type, **fields}
-        while (line := self._lines.get(timeout=timeout)) is not None:
+        while line := self._lines.next(timeout):
             event = json.loads(line)
             self.seen.append(event)
             if wanted.items() <= event.items():
@@ -74,7 +66,7 @@ class App:
 
     def kill(self):
         self.process.kill()
-        self._reader.join()
+        self._lines.join()
         self.process.communicate()
 
     def end(self):

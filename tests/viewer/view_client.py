@@ -3,15 +3,14 @@
 import contextlib
 import json
 import os
-import queue
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from lines import Lines
 
 APP = Path(__file__).with_name("view_app.py")
 STONE_ROOM = Path(__file__).parents[2] / "examples" / "stone_room.toml"
@@ -22,20 +21,13 @@ class View:
 
     def __init__(self, process, display):
         self.process, self.display = process, display
-        self._lines = queue.SimpleQueue()
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-
-    def _read(self):
-        for line in self.process.stdout:
-            self._lines.put(line)
-        self._lines.put("")
+        self._lines = Lines(process.stdout)
 
     def ask(self, expression, timeout=20):
         """Return what an expression of `app` and `viewer` is."""
         self.process.stdin.write(expression + "\n")
         self.process.stdin.flush()
-        line = self._lines.get(timeout=timeout)
+        line = self._lines.next(timeout)
         assert line, f"the viewer has ended: {self.end()}"
         return json.loads(line)
 
