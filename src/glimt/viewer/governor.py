@@ -5,6 +5,7 @@ import statistics
 from collections import deque
 
 DEFAULT_BUDGET = 1 / 30
+"""Seconds a frame may take where nobody says otherwise."""
 _STEP = 2 ** -0.25
 """Each level has 0.84 times the side of the one before: the next smaller has 0.71 times the pixels."""
 _LEVELS = 13
