@@ -9,7 +9,7 @@ STRUCTS = {name: struct for name, struct in vars(layout).items() if hasattr(stru
 
 
 def test_all_structs_are_known():
-    assert set(STRUCTS) == {"NODE", "COMPRESSED_NODE", "TRIANGLE_BLOCK", "INSTANCE_BLOCK", "VERTEX", "TANGENT",
+    assert set(STRUCTS) == {"NODE", "COMPRESSED_NODE", "TRIANGLE_BLOCK", "INSTANCE_BLOCK", "VERTEX", "TANGENT", "SPAN",
                             "TRIANGLE", "INSTANCE", "MATERIAL", "TEXTURE", "LEVEL", "LIGHT", "VIEW", "FRAME", "PATH",
                             "COUNTER"}
 

@@ -78,6 +78,9 @@ INSTANCE = _struct("Instance", kind="i", root="i", first_triangle="i", material=
 without normals, `identity` is 1 when both matrices change nothing, `extent` is the size of the world box; `center`
 and `radius` are a sphere's."""
 
+SPAN = _struct("Span", first_block="i", blocks="i")
+"""The leaves of an instance's mesh, which lie side by side; none for a sphere."""
+
 MATERIAL = _struct("Material", ambient="3f", diffuse="3f", specular="3f", exponent="f", reflectivity="f",
                    normal_scale="f", diffuse_texture="i", normal_texture="i", unused="2i")
 TEXTURE = _struct("Texture", first_level="i", levels="i", clamp="i", unused="i", scale="2f", offset="2f")
@@ -129,8 +132,15 @@ OFFSET_ERROR = np.float32(32 * 2.0**-24)
 point and of the plane it came from, and invisible."""
 
 COUNT_PRIMARY, COUNT_SHADOW, COUNT_MIRROR, COUNT_NON_FINITE = (np.int64(k) for k in range(4))
+STAGES = ("create_rays", "intersect", "shade", "bounce", "resolve")
+"""The five stages of a frame, in order."""
+CREATE_RAYS, INTERSECT, SHADE, BOUNCE, RESOLVE = (np.int64(k) for k in range(5))
+TIMES_STAGES, FIRST_STAGE = np.int64(4), np.int64(8)
 COUNTER_STRIDE = np.int64(16)
-"""Each thread counts in int64s of its own, two cache lines apart: rays by kind, and samples that were not finite."""
+"""Each thread counts in int64s of its own, two cache lines apart: rays by kind, and samples that were not finite; then
+whether stages are to be timed, and the ticks of each."""
 
-NEXT_TILE, CANCEL = np.int64(0), np.int64(8)
-"""Places in the int64s that threads share: the number of the next tile, and whether to stop."""
+NEXT_TILE, CANCEL, TILE_SIDE, TOGETHER = np.int64(0), np.int64(8), np.int64(9), np.int64(10)
+"""Places in the int64s that threads share: the number of the next tile, whether to stop, and how work is divided, by
+pixels along a tile and packets that travel together."""
+CONTROL_WORDS = 16

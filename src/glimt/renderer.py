@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from glimt import bvh
 from glimt.debug_view import DEBUG_VIEWS, DebugFilm, DebugView, light_tints
-from glimt.engines import Progress, get_engine
+from glimt.engines import DEFAULT_OPTIONS, EngineOptions, Progress, get_engine
 from glimt.errors import GlimtError
 from glimt.film import Film
 from glimt.layout import MISS, VIEW
@@ -56,14 +56,16 @@ class Renderer:
         "auto" is a GPU where there is one and wgpu is installed.
     progress : Progress, optional
         Is told about compiling and building.
+    options : EngineOptions
+        For measurements.
     """
 
     def __init__(self, scene: Scene, *, threads: int | None = None, engine: str = "auto",
-                 progress: Progress | None = None) -> None:
+                 progress: Progress | None = None, options: EngineOptions = DEFAULT_OPTIONS) -> None:
         self.scene = scene
-        self._engine = get_engine(engine, threads)
+        self._engine = get_engine(engine, threads, options)
         self._engine.prepare(progress)
-        self._packer = Packer(self._engine.threads)
+        self._packer = Packer(self._engine.threads, options.brute_force)
         self.update(progress)
 
     @property

@@ -27,6 +27,7 @@ from glimt.lanes import (
     store,
     store8,
     store_scalar,
+    ticks,
     to_float,
 )
 
@@ -120,3 +121,19 @@ def test_atomics_hand_out_every_ticket_once():
     assert max(last) == drawn.size
     np.testing.assert_array_equal(np.sort(drawn.ravel()), np.arange(drawn.size))
     assert (np.diff(drawn, axis=1) > 0).all()
+
+
+@compile_test
+def _spin(out, rounds):
+    start, word = ticks(), np.int64(1)
+    for k in range(rounds):
+        word = word * 6364136223846793005 + k
+    out[0], out[1] = ticks() - start, word
+
+
+def test_the_clock_runs_on_with_the_work():
+    short, long = (np.zeros(2, np.int64) for _ in range(2))
+    for _ in range(3):  # the last of a few, in case one was interrupted
+        _spin(short, 1000)
+        _spin(long, 1_000_000)
+    assert 0 < 20 * short[0] < long[0]

@@ -2,5 +2,9 @@
 
 from glimt.engines.choice import Choice, choose_engine
 from glimt.engines.engine import Engine, Hits, Progress, begin_preparing, get_engine
+from glimt.engines.options import DEFAULT_OPTIONS, EngineOptions
 
-__all__ = ["Choice", "Engine", "Hits", "Progress", "begin_preparing", "choose_engine", "get_engine"]
+__all__ = [
+    "DEFAULT_OPTIONS", "Choice", "Engine", "EngineOptions", "Hits", "Progress", "begin_preparing", "choose_engine",
+    "get_engine",
+]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from glimt.debug_view import DebugView
 from glimt.engines.choice import choose_engine
+from glimt.engines.options import DEFAULT_OPTIONS, EngineOptions
 from glimt.errors import GlimtError
 from glimt.film import Film
 from glimt.packed import PackedScene
@@ -107,15 +108,17 @@ class Engine(Protocol):
         """Stop what is being rendered, if anything is, within a few packets' time; from any thread."""
 
 
-def get_engine(name: str = "auto", threads: int | None = None) -> Engine:
+def get_engine(name: str = "auto", threads: int | None = None, options: EngineOptions = DEFAULT_OPTIONS) -> Engine:
     """Return an engine by name: "cpu", "gpu", or "auto" for the best there is (see `choose_engine`)."""
     if choose_engine(name).engine == "gpu":
         from glimt.engines.gpu.engine import GpuEngine
 
-        return GpuEngine(threads)
+        if options.brute_force:
+            raise GlimtError("the GPU engine has no brute force; take engine 'cpu'")
+        return GpuEngine(threads, group=options.group)
     from glimt.engines.cpu.engine import CpuEngine
 
-    return CpuEngine(threads)
+    return CpuEngine(threads, options)
 
 
 def begin_preparing(name: str = "auto") -> None:

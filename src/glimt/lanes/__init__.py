@@ -38,6 +38,7 @@ from glimt.lanes.memory import (
     store8,
     store_scalar,
     store_scalar_int,
+    ticks,
 )
 from glimt.lanes.ops import (
     absolute,
@@ -95,6 +96,6 @@ __all__ = [
     "load_int", "log2", "lower_half", "lowest", "mask", "maximum", "minimum", "normalize", "numbers8", "permute8",
     "pick", "pick_int", "pointer", "population_count", "power", "prefetch", "product", "reciprocal", "reciprocal_sqrt",
     "scalar", "scalar3", "scalar_int", "select", "select3", "sort8", "splat3", "sqrt", "stack_floats", "stack_ints",
-    "stack_longs", "store", "store3", "store8", "store_scalar", "store_scalar_int", "to_float", "to_int", "upper_half",
-    "vector3",
+    "stack_longs", "store", "store3", "store8", "store_scalar", "store_scalar_int", "ticks", "to_float", "to_int",
+    "upper_half", "vector3",
 ]

@@ -6,6 +6,7 @@ from numba.core import cgutils
 from numba.core.errors import RequireLiteralValue
 from numba.extending import intrinsic
 
+from glimt.kernel import host_features
 from glimt.lanes.ops import suffix
 from glimt.lanes.types import INT32, INT64, LANES, Lanes, as_lanes, lanes_type
 
@@ -252,3 +253,16 @@ def atomic_load(typing_context, array, index):
 def broadcast_word(context, builder, address, lanes):
     """Emit the float at `address` in all lanes."""
     return as_lanes(context, builder, builder.load(address, align=4), types.float32, lanes)
+
+
+@intrinsic
+def ticks(typing_context):
+    """Return the time in ticks of a clock that runs evenly, and is read without asking the system; never 0."""
+    # On Arm programs may not read the counter of cycles, but that of the system's timer.
+    name = "llvm.readsteadycounter" if "neon" in host_features() else "llvm.readcyclecounter"
+
+    def emit(context, builder, sig, args):
+        function = ir.FunctionType(INT64, [])
+        return builder.call(cgutils.get_or_insert_function(builder.module, function, name), [])
+
+    return types.int64(), emit

@@ -48,6 +48,7 @@ class Geometry(NamedTuple):
     tangents: Words
     triangles: Words
     placements: list[Placement]
+    spans: list[tuple[int, int]]  # of each mesh, its first leaf block and how many there are
 
 
 def join_meshes(uses: list[MeshUse], threads: int) -> Geometry:
@@ -66,7 +67,9 @@ def join_meshes(uses: list[MeshUse], threads: int) -> Geometry:
         Placement(start["nodes"], start["triangles"],
                   start["tangents"] - start["vertices"] if mesh.tangents.size else int(NO_TANGENTS),
                   use.mesh.normals is None and not mesh.tangents.size)  # tangents come with normals
-        for use, mesh, start in zip(uses, packed, starts, strict=True)])
+        for use, mesh, start in zip(uses, packed, starts, strict=True)],
+        spans=[(start["blocks"], mesh.blocks.size // TRIANGLE_BLOCK.words)
+               for mesh, start in zip(packed, starts, strict=True)])
 
 
 def _join(kind: str, uses: list[MeshUse], packed: list[PackedMesh], starts: list[dict[str, int]]) -> Words:

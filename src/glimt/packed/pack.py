@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from glimt import bvh
 from glimt.errors import GlimtWarning
-from glimt.layout import INSTANCE_BLOCK
+from glimt.layout import INSTANCE_BLOCK, SPAN
 from glimt.packed.frame import pack_lights
 from glimt.packed.geometry import Geometry, MeshUse, join_meshes
 from glimt.packed.instances import PackedInstances, pack_instances
@@ -39,12 +39,18 @@ class _Contents(NamedTuple):
 class Packer:
     """Packs a scene that changes: what is as it was the last time is kept.
 
+    Parameters
+    ----------
+    threads : int
+    brute_force : bool
+        Whether engines are to test everything instead of walking trees.
+
     Meshes and pixels of textures are never changed in place, and so are known again by identity. Materials and
     instances are read anew.
     """
 
-    def __init__(self, threads: int = 1) -> None:
-        self._threads = threads
+    def __init__(self, threads: int = 1, brute_force: bool = False) -> None:
+        self._threads, self._brute_force = threads, brute_force
         self._textures = TexturePacker(threads)
         self._uses: list[MeshUse] | None = None
         self._geometry: Geometry
@@ -69,7 +75,15 @@ class Packer:
             blas_nodes=geometry.nodes, blas_blocks=geometry.blocks, instances=instances.records,
             triangles=geometry.triangles, vertices=geometry.vertices, tangents=geometry.tangents,
             materials=materials, textures=textures, levels=levels, texels=texels,
-            lights=pack_lights(scene.lights, time))
+            lights=pack_lights(scene.lights, time), spans=self._spans(contents.objects, places))
+
+    def _spans(self, objects: list[Instance | Sphere], places: dict[Mesh, int]) -> NDArray[np.float32]:
+        """Return the SPAN records of instances and spheres, when everything is to be tested."""
+        spans = np.zeros((len(objects) if self._brute_force else 0, SPAN.words), np.int32)
+        for span, thing in zip(spans, objects, strict=False):
+            if isinstance(thing, Instance):
+                span[:] = self._geometry.spans[places[thing.mesh]]
+        return spans.view(np.float32).ravel()
 
     def _upper_tree(self, instances: PackedInstances) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return (nodes, blocks) of the tree over the instances: the last ones while no box has changed."""

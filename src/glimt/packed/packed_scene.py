@@ -30,6 +30,7 @@ class PackedScene(NamedTuple):
     levels: Words  # LEVEL
     texels: Words  # one word each
     lights: Words  # LIGHT
+    spans: Words  # SPAN of each instance, when every ray is to test everything; empty: rays walk the trees
 
     @property
     def texture_count(self) -> int:

@@ -14,17 +14,27 @@ from numpy.typing import NDArray
 
 from glimt.debug_view import DebugView
 from glimt.engines.cpu.closest_hits import closest_hits
+from glimt.engines.cpu.control import new_control
 from glimt.engines.cpu.kernels.debug import BARYCENTRICS, DEPTH, INSTANCES, NORMALS, SHADOWS, debug_tiles
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT, refine_tiles
-from glimt.engines.cpu.kernels.tile import TILE
 from glimt.engines.cpu.kernels.visits import count_visits
 from glimt.engines.cpu.warm_up import STAGE, compile_kernels
 from glimt.engines.engine import Hits, Progress, Samples
+from glimt.engines.options import DEFAULT_OPTIONS, EngineOptions
 from glimt.errors import GlimtError, RenderCancelled
 from glimt.film import Counters, Film, sums_for
 from glimt.kernel import is_ready
-from glimt.layout import CANCEL, COUNTER_STRIDE, NEXT_TILE, VIEW
+from glimt.layout import (
+    CANCEL,
+    COUNTER_STRIDE,
+    FIRST_STAGE,
+    NEXT_TILE,
+    STAGES,
+    TILE_SIDE,
+    TIMES_STAGES,
+    VIEW,
+)
 from glimt.packed import PackedScene
 
 _POLL_SECONDS = 0.1
@@ -44,9 +54,13 @@ class CpuEngine:
     The film is the same to the bit for any number of threads: tiles share nothing, and each writes its own pixels.
     """
 
-    def __init__(self, threads: int | None = None) -> None:
+    def __init__(self, threads: int | None = None, options: EngineOptions = DEFAULT_OPTIONS) -> None:
         if threads is not None and not 1 <= threads <= _MOST_THREADS:
             raise GlimtError(f"threads is {threads}, expected 1 to {_MOST_THREADS}")
+        if options.tile not in range(8, 1025, 8) or options.packets not in (1, 2, 4):
+            raise GlimtError(f"tile is {options.tile} and packets {options.packets}; expected a multiple of 8 up to "
+                             "1024, and 1, 2 or 4")
+        self._options = options
         self.threads = threads or available_threads()
         self._pool = ThreadPoolExecutor(self.threads, "glimt")
         self._scene: tuple[PackedScene, int] | None = None  # with its number of lights
@@ -81,6 +95,7 @@ class CpuEngine:
         start = time.perf_counter()
         sums = sums_for(size, film)
         counters = self._new_counters(sums)
+        counters[:, TIMES_STAGES] = self._options.time_stages
         uploaded = self._uploaded()
         with self._begin() as control:
             if progress:
@@ -96,8 +111,8 @@ class CpuEngine:
                           _part(progress, 0.5))
             else:
                 self._run(render_tiles, (*uploaded, view, sums, samples, max_bounces), control, counters, progress)
-        totals = counters[:, :len(Counters._fields)].sum(0).tolist()
-        return Film(sums, Counters(*totals), time.perf_counter() - start)
+        totals, seconds = counters.sum(0).tolist(), time.perf_counter() - start
+        return Film(sums, Counters(*totals[:len(Counters._fields)]), seconds, _stage_seconds(totals, seconds))
 
     def render_debug(self, view: NDArray[np.float32], size: tuple[int, int], shows: DebugView,
                      light_tints: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -129,12 +144,12 @@ class CpuEngine:
 
     def _new_counters(self, picture: NDArray[np.float32]) -> NDArray[np.int64]:
         """Return a row of counters for each thread that has something to do."""
-        return np.zeros((min(self.threads, _tile_count(picture)), int(COUNTER_STRIDE)), np.int64)
+        return np.zeros((min(self.threads, _tile_count(picture, self._options.tile)), int(COUNTER_STRIDE)), np.int64)
 
     @contextlib.contextmanager
     def _begin(self) -> Iterator[NDArray[np.int64]]:
         """Give what the threads of one render share, where `cancel` finds it as long as the render lasts."""
-        control = np.zeros(16, np.int64)
+        control = new_control(self._options)
         self._running[id(control)] = control
         try:
             yield control
@@ -144,7 +159,7 @@ class CpuEngine:
     def _run(self, kernel: Any, given: tuple[Any, ...], control: NDArray[np.int64], counters: NDArray[np.int64],
              progress: Progress | None = None) -> None:
         """Let a kernel write all tiles of the picture `given[3]`, with a job for each row of counters."""
-        control[NEXT_TILE], tiles = 0, _tile_count(given[3])
+        control[NEXT_TILE], tiles = 0, _tile_count(given[3], int(control[TILE_SIDE]))
         jobs: list[Future[Any]] = []
         try:  # awake for Ctrl-C; whatever happens, no job outlives this call
             for own in counters:
@@ -161,9 +176,15 @@ class CpuEngine:
             raise RenderCancelled
 
 
-def _tile_count(sums: NDArray[np.float32]) -> int:
-    count: int = -(-sums.shape[1] // TILE) * -(-sums.shape[0] // TILE)
+def _tile_count(picture: NDArray[np.float32], side: int) -> int:
+    count: int = -(-picture.shape[1] // side) * -(-picture.shape[0] // side)
     return count
+
+
+def _stage_seconds(counters: list[int], seconds: float) -> dict[str, float]:
+    """Return each stage's share of a frame's seconds, by what all threads have spent in it; nothing if not timed."""
+    ticks = counters[FIRST_STAGE:FIRST_STAGE + len(STAGES)]
+    return {stage: seconds * part / sum(ticks) for stage, part in zip(STAGES, ticks, strict=True)} if any(ticks) else {}
 
 
 def _part(progress: Progress | None, start: float) -> Progress | None:

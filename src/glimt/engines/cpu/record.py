@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from glimt.engines.cpu.control import new_control
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.film import Counters
 from glimt.layout import COUNTER_STRIDE
@@ -33,5 +34,5 @@ def _trace(packed: PackedScene, light_count: int, view: NDArray[np.float32], siz
     width, height = size
     counters = np.zeros(COUNTER_STRIDE, np.int64)
     render_tiles(packed, light_count, view, np.zeros((height, width, 4), np.float32), samples, max_bounces,
-                 np.zeros(16, np.int64), counters, recorded)
+                 new_control(), counters, recorded)
     return Counters(*counters[:len(Counters._fields)].tolist())

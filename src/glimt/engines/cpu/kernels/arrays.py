@@ -5,11 +5,13 @@ from typing import NamedTuple
 from glimt.engines.cpu.kernels.block import HIT, RAY, SLOTS, first_slot
 from glimt.kernel import inline
 from glimt.lanes import bits, compress_store, load, pointer, population_count
+from glimt.layout import SPAN
 
 
 class Arrays(NamedTuple):
     """Pointers to the arrays of a `PackedScene`, to its view, and to this thread's counters.
 
+    spans, span_count: the leaves of each instance, when rays are to test them all.
     recorded, room: where rays are written, and how many of each kind there is room for.
     """
 
@@ -26,7 +28,9 @@ class Arrays(NamedTuple):
     levels: object
     texels: object
     lights: object
+    spans: object
     light_count: object
+    span_count: object
     view_words: object
     counters: object
     recorded: object
@@ -40,7 +44,8 @@ def arrays(scene, light_count, view, counters, recorded):
                   pointer(scene.blas_blocks), pointer(scene.instances), pointer(scene.triangles),
                   pointer(scene.vertices), pointer(scene.tangents), pointer(scene.materials),
                   pointer(scene.textures), pointer(scene.levels), pointer(scene.texels), pointer(scene.lights),
-                  light_count, pointer(view), pointer(counters), pointer(recorded), recorded.shape[2])
+                  pointer(scene.spans), light_count, len(scene.spans) // SPAN.words, pointer(view), pointer(counters),
+                  pointer(recorded), recorded.shape[2])
 
 
 @inline

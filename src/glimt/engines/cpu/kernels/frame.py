@@ -8,11 +8,12 @@ from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, cre
 from glimt.engines.cpu.kernels.occluder import forget_occluders
 from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
 from glimt.engines.cpu.kernels.resolve import add_finite, begin_pixels, resolve
-from glimt.engines.cpu.kernels.tile import TILE, take_tile
+from glimt.engines.cpu.kernels.stage_times import lap, tick
+from glimt.engines.cpu.kernels.tile import take_tile
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.kernel import calls, kernel
 from glimt.lanes import atomic_load, scalar, scalar_int, stack_floats, stack_ints, store_scalar
-from glimt.layout import CANCEL, VIEW
+from glimt.layout import CANCEL, CREATE_RAYS, RESOLVE, TILE_SIDE, TOGETHER, VIEW
 
 
 @calls(RADIANCE, TRACE)
@@ -29,9 +30,9 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
         Receives the sums of radiance and the number of samples.
     samples, max_bounces : int
     control : int64 array
-        Shared by all threads: the next tile's number, and the flag to stop.
+        Shared by all threads: the next tile's number, the flag to stop, and how work is divided.
     counters : int64 array
-        This thread's own.
+        This thread's own, with the ticks of stages if it says so.
     recorded : (3, 7, n) float32
         Receives up to n primary, shadow and mirror rays each: origin, direction, how far they look. For one thread.
     """
@@ -41,22 +42,32 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
     height, width = film.shape[0], film.shape[1]
     step = np.float32(1) / np.float32(samples)
     spread = scalar(here.view_words, VIEW.spread) * step
+    side, together = control[TILE_SIDE], control[TOGETHER]
     while True:
-        left, top = take_tile(control, width, height)
+        left, top = take_tile(control, width, height, side)
         if top < 0:
             return
-        for y in range(top, min(top + TILE, height), BLOCK_HEIGHT):
-            for x in range(left, min(left + TILE, width), BLOCK_WIDTH):
+        for y in range(top, min(top + side, height), BLOCK_HEIGHT):
+            for x in range(left, min(left + side, width), BLOCK_WIDTH):
                 begin_pixels(totals)
                 for sample in range(samples * samples):
                     if atomic_load(control, CANCEL) != 0:
                         return
                     shift_x = (np.float32(sample % samples) + np.float32(0.5)) * step
                     shift_y = (np.float32(sample // samples) + np.float32(0.5)) * step
+                    start = tick(here)
                     packets = create_rays(here, block, x, y, shift_x, shift_y, width, height)
+                    lap(here, CREATE_RAYS, start)
                     begin_pixels(block.sums)
                     for k in range(PACKETS):
                         store_scalar(inside, k, scalar_int(block.active, k))
-                    radiance(here, block, packets, spread, max_bounces)
+                    for first in range(0, PACKETS, together):
+                        group = packets & np.int32(((1 << together) - 1) << first)
+                        if group:
+                            radiance(here, block, group, spread, max_bounces)
+                    start = tick(here)
                     add_finite(here, totals, block.sums, inside)
+                    lap(here, RESOLVE, start)
+                start = tick(here)
                 resolve(film, totals, np.float32(samples * samples), x, y)
+                lap(here, RESOLVE, start)

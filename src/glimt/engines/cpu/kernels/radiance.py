@@ -11,10 +11,11 @@ from glimt.engines.cpu.kernels.intersect import intersect
 from glimt.engines.cpu.kernels.material import material_at
 from glimt.engines.cpu.kernels.resolve import add_to_pixels
 from glimt.engines.cpu.kernels.shade import shade
+from glimt.engines.cpu.kernels.stage_times import lap, tick
 from glimt.engines.cpu.kernels.surface import above, surface_at
 from glimt.kernel import SharedKernel, inline
 from glimt.lanes import LANES, any_lane, bits, load, load3, scalar3, store, store3, store_scalar
-from glimt.layout import MISS, VIEW
+from glimt.layout import BOUNCE, INTERSECT, MISS, SHADE, VIEW
 
 
 @inline
@@ -54,28 +55,35 @@ def _points(scene, block, packets, spread, depth):
 
 
 def radiance_of_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, vertices, tangents,
-                     materials, textures, levels, texels, lights, light_count, view_words, counters, recorded, room,
-                     rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found, occluders,
-                     packets, spread, max_bounces):
+                     materials, textures, levels, texels, lights, spans, light_count, span_count, view_words, counters,
+                     recorded, room, rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found,
+                     occluders, packets, spread, max_bounces):
     """Do what `radiance` asks for."""
     scene = Arrays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, vertices, tangents,
-                   materials, textures, levels, texels, lights, light_count, view_words, counters, recorded, room)
+                   materials, textures, levels, texels, lights, spans, light_count, span_count, view_words, counters,
+                   recorded, room)
     block = Block(rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found, occluders)
+    time = tick(scene)
     for depth in range(max_bounces + 1):
         intersect(scene, block, packets, depth == 0)
+        time = lap(scene, INTERSECT, time)
         packets = _points(scene, block, packets, spread, depth)
+        if packets:
+            shade(scene, block, packets)
+        time = lap(scene, SHADE, time)
         if packets == 0:
             return 0
-        shade(scene, block, packets)
         packets = bounce(block, packets, depth, max_bounces)
+        time = lap(scene, BOUNCE, time)
         if packets == 0:
             return 0
     return 0
 
 
 _FLOATS, _INTS, _LONGS = (types.CPointer(kind) for kind in (types.float32, types.int32, types.int64))
-RADIANCE = SharedKernel(radiance_of_rays, (*[_FLOATS] * 13, types.int64, _FLOATS, _LONGS, _FLOATS, types.int64,
-                                           *[_FLOATS] * 8, *[_INTS] * 3, types.int32, types.float32, types.int64))
+RADIANCE = SharedKernel(radiance_of_rays, (
+    *[_FLOATS] * 14, *[types.int64] * 2, _FLOATS, _LONGS, _FLOATS, types.int64, *[_FLOATS] * 8, *[_INTS] * 3,
+    types.int32, types.float32, types.int64))
 _call = RADIANCE.call
 
 

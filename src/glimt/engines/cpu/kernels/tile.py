@@ -5,14 +5,14 @@ from glimt.lanes import atomic_add
 from glimt.layout import NEXT_TILE
 
 TILE = 16
-"""Pixels along a tile's side: a unit of work, and what one thread alone writes to."""
+"""Pixels along a tile's side, unless a frame is told otherwise: a unit of work, and what one thread alone writes to."""
 
 
 @inline
-def take_tile(control, width, height):
+def take_tile(control, width, height, side=TILE):
     """Return (left, top) of the next tile of a picture, top below 0 when none is left."""
-    across = (width + TILE - 1) // TILE
+    across = (width + side - 1) // side
     tile = atomic_add(control, NEXT_TILE, 1)
-    if tile >= across * ((height + TILE - 1) // TILE):
+    if tile >= across * ((height + side - 1) // side):
         return 0, -1
-    return (tile % across) * TILE, (tile // across) * TILE
+    return (tile % across) * side, (tile // across) * side

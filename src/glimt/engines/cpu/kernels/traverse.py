@@ -14,12 +14,14 @@ from glimt.engines.cpu.kernels.triangle import triangle_leaf
 from glimt.kernel import SharedKernel, inline, routine
 from glimt.lanes import (
     any_lane,
+    as_int,
     bits,
     count_trailing_zeros,
     dot,
     fma,
     highest,
     load,
+    load4,
     load8,
     maximum,
     minimum,
@@ -44,8 +46,10 @@ from glimt.layout import (
     LEAF_STEP,
     MISS,
     NODE,
+    SPAN,
     SPHERE_KIND,
     STACK_SIZE,
+    TRIANGLE_BLOCK,
 )
 
 NO_FLAGS, SHARED_ORIGIN, OCCLUSION = np.int32(0), np.int32(1), np.int32(2)
@@ -67,13 +71,16 @@ class Trees(NamedTuple):
     blas_nodes: object
     blas_blocks: object
     instances: object
+    spans: object
+    span_count: object
 
 
 @inline
 def trees(scene):
     """Return the pointers of a `PackedScene`."""
     return Trees(pointer(scene.tlas_nodes), pointer(scene.tlas_blocks), pointer(scene.blas_nodes),
-                 pointer(scene.blas_blocks), pointer(scene.instances))
+                 pointer(scene.blas_blocks), pointer(scene.instances), pointer(scene.spans),
+                 len(scene.spans) // SPAN.words)
 
 
 class Bundle(NamedTuple):
@@ -325,6 +332,30 @@ def _walk_scene(scene, bundle, packets, span, pending):
 
 
 @inline
+def _triangles_in(words, block):
+    """Return how many triangles a leaf block holds: unused places, the last ones, have no primitive."""
+    used = load4(words, np.int64(block) * TRIANGLE_BLOCK.words + TRIANGLE_BLOCK.prim)
+    return population_count(bits(as_int(used) >= 0))
+
+
+@routine
+def _test_everything(scene, bundle, packets):
+    """Test every sphere and every triangle against some packets, one after the other, as if there were no trees."""
+    for index in range(scene.span_count):
+        inst, record = np.int32(index), np.int64(index) * INSTANCE.words
+        if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
+            _sphere(scene, inst, record, bundle, packets)
+            continue
+        placed, span = _in_space_of(scene, record, bundle, packets), np.int64(index) * SPAN.words
+        first = scalar_int(scene.spans, span + SPAN.first_block)
+        for block in range(first, first + scalar_int(scene.spans, span + SPAN.blocks)):
+            code = np.int32(block * LEAF_STEP + _triangles_in(scene.blas_blocks, block))
+            _triangles(scene, inst, code, placed, all_lanes_of(packets))
+            if bundle.occlusion and _farthest(bundle.hits, packets) < 0:
+                return
+
+
+@inline
 def _try_leaf(scene, inst, leaf, bundle, packets):
     """Test one leaf of an instance, or a sphere; return the packets that still look for something."""
     record = np.int64(inst) * INSTANCE.words
@@ -340,11 +371,14 @@ def _try_leaf(scene, inst, leaf, bundle, packets):
     return left
 
 
-def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, rays, local, hits, flags, packets,
-               first_inst, first_leaf):
+def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, spans, span_count, rays, local, hits,
+               flags, packets, first_inst, first_leaf):
     """Do what `trace` asks for: the half of every kernel that follows rays."""
-    scene = Trees(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances)
+    scene = Trees(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, spans, span_count)
     bundle = Bundle(rays, local, hits, flags & SHARED_ORIGIN != 0, flags & OCCLUSION != 0)
+    if span_count:
+        _test_everything(scene, bundle, packets)
+        return 0
     pending, alone = new_pending(), False
     if first_inst != MISS:
         packets = _try_leaf(scene, first_inst, first_leaf, bundle, packets)
@@ -357,7 +391,7 @@ def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, rays
 
 
 _FLOATS = types.CPointer(types.float32)
-TRACE = SharedKernel(trace_rays, (*[_FLOATS] * 8, *[types.int32] * 4))
+TRACE = SharedKernel(trace_rays, (*[_FLOATS] * 6, types.int64, *[_FLOATS] * 3, *[types.int32] * 4))
 _call = TRACE.call
 
 
@@ -369,5 +403,5 @@ def trace(scene, rays, local, hits, flags, packets, first_inst=MISS, first_leaf=
     instance is tested first (MISS: none is).
     `scene` is `Trees` or anything that has its fields.
     """
-    _call((scene.tlas_nodes, scene.tlas_blocks, scene.blas_nodes, scene.blas_blocks, scene.instances, rays, local, hits,
-           flags, packets, first_inst, first_leaf))
+    _call((scene.tlas_nodes, scene.tlas_blocks, scene.blas_nodes, scene.blas_blocks, scene.instances, scene.spans,
+           scene.span_count, rays, local, hits, flags, packets, first_inst, first_leaf))

@@ -1,0 +1,31 @@
+"""How an engine goes about its work: what measurements vary."""
+
+from typing import NamedTuple
+
+
+class EngineOptions(NamedTuple):
+    """The ways an engine can make the same picture.
+
+    Parameters
+    ----------
+    tile : int
+        CPU: pixels along a tile, the piece of a picture that a thread takes at once; a multiple of 8, up to 1024.
+    packets : 1, 2 or 4
+        CPU: how many packets of rays travel together.
+    group : (width, height)
+        GPU: the shape of a workgroup.
+    brute_force : bool
+        CPU: every ray tests every triangle and sphere, as if there were no trees. The time of a frame then grows with
+        what there is, and not with what is seen.
+    time_stages : bool
+        CPU: measure `Film.stages`; a GPU that has timestamps always does.
+    """
+
+    tile: int = 16
+    packets: int = 4
+    group: tuple[int, int] = (8, 8)
+    brute_force: bool = False
+    time_stages: bool = False
+
+
+DEFAULT_OPTIONS = EngineOptions()
