@@ -48,6 +48,26 @@ def arrays(scene, light_count, view, counters, recorded):
                   pointer(recorded), recorded.shape[2])
 
 
+class Trees(NamedTuple):
+    """Pointers to what rays are traced through."""
+
+    tlas_nodes: object
+    tlas_blocks: object
+    blas_nodes: object
+    blas_blocks: object
+    instances: object
+    spans: object
+    span_count: object
+
+
+@inline
+def trees(scene):
+    """Return the pointers of a `PackedScene`."""
+    return Trees(pointer(scene.tlas_nodes), pointer(scene.tlas_blocks), pointer(scene.blas_nodes),
+                 pointer(scene.blas_blocks), pointer(scene.instances), pointer(scene.spans),
+                 len(scene.spans) // SPAN.words)
+
+
 @inline
 def count(scene, which, number):
     """Add to one of this thread's counters."""

@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from glimt.engines.cpu.kernels.arrays import trees
 from glimt.engines.cpu.kernels.block import HIT, HIT_WORDS, RAY_WORDS, SLOTS
 from glimt.engines.cpu.kernels.hit import hit_at, no_hit, store_hit
 from glimt.engines.cpu.kernels.packet import fill_idle, set_up
-from glimt.engines.cpu.kernels.traverse import NO_FLAGS, OCCLUSION, SHARED_ORIGIN, TRACE, trace, trees
+from glimt.engines.cpu.kernels.traverse import NO_FLAGS, OCCLUSION, SHARED_ORIGIN, TRACE, trace
 from glimt.kernel import calls, inline, kernel
 from glimt.lanes import LANES, any_lane, atomic_add, f32, load, select, stack_floats, store, vector3
 

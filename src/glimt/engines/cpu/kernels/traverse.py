@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
+from glimt.engines.cpu.kernels.arrays import Trees
 from glimt.engines.cpu.kernels.block import HIT, all_lanes_of, first_packet, first_slot, packets_of, without_packet
 from glimt.engines.cpu.kernels.hit import hit_at, store_hit
 from glimt.engines.cpu.kernels.packet import interval, rays_at, set_up
@@ -25,7 +26,6 @@ from glimt.lanes import (
     load8,
     maximum,
     minimum,
-    pointer,
     population_count,
     scalar,
     scalar3,
@@ -61,26 +61,6 @@ _SPARSE = np.int64(12)
 """Rays that are so few that they walk the mesh of an instance one by one."""
 _IN_SCENE, _IN_MESH = np.bool_(False), np.bool_(True)
 """Which tree `_push_children` is in."""
-
-
-class Trees(NamedTuple):
-    """Pointers to what rays are traced through."""
-
-    tlas_nodes: object
-    tlas_blocks: object
-    blas_nodes: object
-    blas_blocks: object
-    instances: object
-    spans: object
-    span_count: object
-
-
-@inline
-def trees(scene):
-    """Return the pointers of a `PackedScene`."""
-    return Trees(pointer(scene.tlas_nodes), pointer(scene.tlas_blocks), pointer(scene.blas_nodes),
-                 pointer(scene.blas_blocks), pointer(scene.instances), pointer(scene.spans),
-                 len(scene.spans) // SPAN.words)
 
 
 class Bundle(NamedTuple):
