@@ -43,7 +43,8 @@ def measure(mesh: Mesh, scene: Scene | None, size: int, threads: int, frames: in
     fits: dict[str, dict[str, Any]] = {}
     meshes = sizes(mesh, limits.least_triangles, limits.most_triangles)
     series: dict[str, Iterator[tuple[int, Scene]]] = {
-        "triangles": _triangles(meshes, size), "instances": _instances(meshes[0], size, limits.most_instances)}
+        "triangles": _triangles(meshes, size),
+        "instances": squares_of_instances(meshes[0], size, limits.most_instances)}
     if scene is not None:
         series |= {"lights": _lights(scene), "bounces": _bounces(scene)}
     for name, settings in series.items():
@@ -94,7 +95,7 @@ def _triangles(meshes: list[Mesh], size: int) -> Iterator[tuple[int, Scene]]:
         yield len(one.triangles), Scene([Instance(one)], lights, camera, _settings(size))
 
 
-def _instances(mesh: Mesh, size: int, most: int) -> Iterator[tuple[int, Scene]]:
+def squares_of_instances(mesh: Mesh, size: int, most: int) -> Iterator[tuple[int, Scene]]:
     """Yield a square of n×n instances, each an nth as large, so that they always fill the same part of the picture."""
     lo, hi = (bound.astype(np.float64) for bound in mesh.bounds())
     to_unit = linalg.compose(linalg.scaling(float(1 / (hi - lo).max())), linalg.translation(-(lo + hi) / 2))

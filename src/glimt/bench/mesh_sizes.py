@@ -1,21 +1,30 @@
 """One shape with fewer or more triangles."""
 
+from typing import Any
+
 import numpy as np
 
 from glimt.scene.mesh import Mesh
 
 
 def subdivided(mesh: Mesh) -> Mesh:
-    """Return the same surface with each triangle cut into four at the middles of its edges, without materials."""
+    """Return the same surface with each triangle cut into four at the middles of its edges."""
     count = len(mesh.positions)
     edges = np.sort(mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), 1).astype(np.int64)
     keys, numbers = np.unique(edges[:, 0] * count + edges[:, 1], return_inverse=True)
-    middles = (mesh.positions[keys // count] + mesh.positions[keys % count]) / 2
+    ends = keys // count, keys % count
     a, b, c = mesh.triangles.T
     ab, bc, ca = (count + numbers.reshape(-1, 3)).T
     corners = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
     triangles = np.concatenate([np.stack(three, -1) for three in corners])
-    return Mesh(np.concatenate([mesh.positions, middles]), triangles, name=mesh.name)
+    ids = None if mesh.material_ids is None else np.tile(mesh.material_ids, 4)
+    return Mesh(_with_middles(mesh.positions, ends), triangles, _with_middles(mesh.normals, ends),
+                _with_middles(mesh.texcoords, ends), mesh.materials, ids, name=mesh.name)
+
+
+def _with_middles(values: Any, ends: tuple[Any, Any]) -> Any:
+    """Return the values of vertices with those of the middles of edges behind them."""
+    return None if values is None else np.concatenate([values, (values[ends[0]] + values[ends[1]]) / 2])
 
 
 def clustered(mesh: Mesh, cells: int) -> Mesh:

@@ -8,6 +8,7 @@ from glimt import __version__
 from glimt.cli.bench import bench
 from glimt.cli.info import info
 from glimt.cli.render import render
+from glimt.cli.study import study
 from glimt.cli.view import view
 
 # Without markup and pretty tracebacks Typer has no use for Rich, whose import takes longer than a small picture.
@@ -16,6 +17,7 @@ app = typer.Typer(add_completion=False, no_args_is_help=True, rich_markup_mode=N
 app.command()(render)
 app.command()(view)
 app.command()(info)
+app.command()(study)
 app.add_typer(bench, name="bench")
 
 

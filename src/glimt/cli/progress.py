@@ -42,6 +42,42 @@ class ConsoleProgress:
         self._bar.update(self._bar.task_ids[0], description=stage, completed=fraction, refresh=True)
 
 
+class TimeLeft:
+    """Shows how far a long measurement is and how much time is left, on a terminal; elsewhere a line for each part."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+        self._last, self._shown = "", 0.0
+
+    def __enter__(self) -> "TimeLeft":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def __call__(self, text: str, share: float, seconds: float) -> None:
+        """Show that `share` (0 to 1) is done, `text` under way, and about so many seconds left."""
+        if not sys.stderr.isatty():
+            if text != self._last:
+                print(f"{text}, about {_readable(seconds)} left", file=sys.stderr, flush=True)
+            self._last = text
+            return
+        now = time.monotonic()
+        if now - self._shown < _INTERVAL and share < 1:
+            return
+        self._shown = now
+        if self._bar is None:
+            self._bar = _start_bar()
+        self._bar.update(self._bar.task_ids[0], description=f"{text}, about {_readable(seconds)} left",
+                         completed=share, refresh=True)
+
+
+def _readable(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
+
+
 def _start_bar() -> Any:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
