@@ -121,9 +121,11 @@ def all_mirrors(scene: Scene, share: float = 0.5) -> Scene:
 
 def _grouping(study: Study) -> Curves:
     if study.engine == "gpu":
-        shapes = [(8, 8), (16, 8), (16, 16), (32, 8), (32, 16), (32, 32), (64, 1), (256, 1)]
+        shapes = [(8, 8), (16, 16), (32, 32)]  # the paper's
+        if not study.quick:
+            shapes = [(8, 8), (64, 1), (16, 8), (16, 16), (32, 8), (256, 1), (32, 16), (32, 32)]
         return {"workgroups": [Setting(x * y, f"{x}×{y}", study.base, EngineOptions(group=(x, y)))
-                               for x, y in (shapes[:3] if study.quick else shapes)]}
+                               for x, y in shapes]}
     return {"tiles": [Setting(side * side, f"tiles {side}×{side}", study.base, EngineOptions(tile=side))
                       for side in (8, 16, 32, 64, 128)],
             "packets": [Setting(count, f"{count} packet{'s' * (count > 1)}", study.base, EngineOptions(packets=count))

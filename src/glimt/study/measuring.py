@@ -120,16 +120,14 @@ def _is_precise(rounds: list[list[list[float]]]) -> bool:
     return all(each.hi - each.lo <= 2 * _PRECISE * each.value for each in medians(times))
 
 
-def measure_settings(settings: Sequence[Setting], engine: str, threads: int | None, seconds: float,
-                     progress: Progress = lambda share: None) -> Measurement:
-    """Return what settings take, each rendered once before anything is timed.
+def measure_frames(runs: Sequence[Frames], seconds: float, progress: Progress = lambda share: None) -> Measurement:
+    """Return what settings take.
 
     Raises
     ------
     KeyboardInterrupt
-        Before there is a single whole round to keep.
+        Before there are two whole rounds to keep.
     """
-    runs = [Frames(setting, engine, threads) for setting in settings]
     rounds, complete = measure(runs, seconds, progress)
     if len(rounds) < 2:
         raise KeyboardInterrupt

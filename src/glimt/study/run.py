@@ -12,7 +12,7 @@ from glimt.study import laws, results
 from glimt.study.experiments import FIGURES, SIDE, Curves, Study, base_of
 from glimt.study.figures import empty_figure, make_figure
 from glimt.study.fingerprint import load_scene, this_machine
-from glimt.study.measuring import measure_settings
+from glimt.study.measuring import Frames, measure_frames
 from glimt.study.results import FILE_NAME, Figure, StudyResult
 
 Tell = Callable[[str, float, float], None]
@@ -21,8 +21,8 @@ Tell = Callable[[str, float, float], None]
 Preparing = Callable[[str, float], None]
 """Is told about compiling."""
 
-SECONDS, QUICK_SECONDS = 225.0, 18.0
-"""What all nine figures may measure together, scenes to be made aside."""
+SECONDS, QUICK_SECONDS = 25.0, 2.0
+"""What a figure may measure, the making of its scenes aside."""
 
 
 class Order(NamedTuple):
@@ -31,7 +31,7 @@ class Order(NamedTuple):
     Parameters
     ----------
     seconds : float
-        For measuring all figures; each has its share, and five rounds at least.
+        For measuring each figure, which has five rounds at least.
     resume : bool
         Whether to go on with what the folder holds.
     overwrite : bool
@@ -85,15 +85,14 @@ def _measure_all(order: Order, study: Study, result: StudyResult, path: Path, te
     """Add the figures that are missing; return False when Ctrl-C came."""
     done = {figure.number for figure in result.figures if figure.complete}
     wanted = [number for number in order.figures if number not in done and study.engine in FIGURES[number].engines]
-    share = order.seconds / max(1, len(order.figures))
     for place, number in enumerate(wanted):
         def progress(part: float, place: int = place, number: int = number) -> None:
             whole = (place + part) / len(wanted)
-            tell(f"figure {number}: {FIGURES[number].title.lower()}", whole, (1 - whole) * len(wanted) * share)
+            tell(f"figure {number}: {FIGURES[number].title.lower()}", whole, (1 - whole) * len(wanted) * order.seconds)
 
         progress(0.0)
         try:
-            figure = _measure(number, study, order.threads, share, progress)
+            figure = _measure(number, study, order.threads, order.seconds, progress)
         except KeyboardInterrupt:
             return False
         result.figures = sorted([*(each for each in result.figures if each.number != number), figure],
@@ -107,14 +106,24 @@ def _measure_all(order: Order, study: Study, result: StudyResult, path: Path, te
 
 def _measure(number: int, study: Study, threads: int | None, seconds: float,
              progress: Callable[[float], None]) -> Figure:
-    """Return one figure; one that this scene cannot have says so in its notes."""
+    """Return one figure; what this scene or machine cannot have is told in its notes."""
+    runs: list[Frames] = []
+    notes, possible = [], Curves()
     try:
-        curves: Curves = FIGURES[number].settings(study)
-        settings = [setting for series in curves.values() for setting in series]
-        measured = measure_settings(settings, study.engine, threads, seconds, progress)
+        curves = FIGURES[number].settings(study)
     except GlimtError as error:
         return empty_figure(number, [str(error)])
-    return make_figure(number, curves, measured, [])
+    for name, settings in curves.items():
+        for setting in settings:
+            try:
+                runs.append(Frames(setting, study.engine, threads))
+            except GlimtError as error:  # beyond a limit of this machine's
+                notes.append(f"{name}, {setting.label}: {error}")
+            else:
+                possible.setdefault(name, []).append(setting)
+    if not runs:
+        return empty_figure(number, notes)
+    return make_figure(number, possible, measure_frames(runs, seconds, progress), notes)
 
 
 def _describe(base: Scene) -> str:
