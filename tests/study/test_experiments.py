@@ -1,17 +1,19 @@
 """Settings of the figures: one thing varied at a time, everything else as in the base configuration."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import closed_meshes
 import glimt
-from conftest import ROOT
 from glimt.errors import GlimtError
 from glimt.renderer import Renderer
 from glimt.study.experiments import FIGURES, Study, all_mirrors, base_of, chosen_figures
 from glimt.study.vertices import finer, first_vertices, in_order, placed_vertices
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")

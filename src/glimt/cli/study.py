@@ -27,7 +27,7 @@ def study(
     threads: Annotated[int | None, typer.Option(min=1, max=1024, help="Threads, by default one for each core.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="In under a minute: short series, wide intervals.")] = False,
     seconds: Annotated[float | None, typer.Option(
-        min=1, max=86400, help="What measuring a figure may take; 25, 2 with --quick. Five rounds are timed in any "
+        min=0.1, max=86400, help="What measuring a figure may take; 25, 2 with --quick. Five rounds are timed in any "
                                "case.")] = None,
     brute_force: Annotated[bool, typer.Option(
         "--brute-force", help="Also without trees, as the paper did: every ray tests everything.")] = False,

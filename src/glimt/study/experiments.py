@@ -19,6 +19,7 @@ SIDE = 400
 """Pixels along the base configuration's picture, as in the paper."""
 _MOST_TRIANGLES = 1_500_000
 _MOST_BRUTE_TRIANGLES = 25_000
+"""A frame of these takes some seconds; with --quick a quarter of them."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,8 @@ def _vertices(study: Study) -> Curves:
     grown = list(_finer(study))
     curves = {"objects added, the outermost last": added, "the same surfaces cut finer": grown}
     if study.brute_force:
-        few = [each for each in grown if (each.x or 0) <= 3 * _MOST_BRUTE_TRIANGLES]
+        most = 3 * _MOST_BRUTE_TRIANGLES // (4 if study.quick else 1)
+        few = [each for each in grown if (each.x or 0) <= most]
         for name, settings in (("objects added, brute force", added), ("cut finer, brute force", few)):
             curves[name] = [replace(each, options=EngineOptions(brute_force=True)) for each in settings]
     return curves
