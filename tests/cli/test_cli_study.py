@@ -1,5 +1,6 @@
 """``glimt study`` as users run it: the whole of it on the stone room, its report in a browser, Ctrl-C, mistakes."""
 
+import io
 import json
 import os
 import signal
@@ -10,6 +11,7 @@ import time
 import pytest
 
 from chromium import chromium, needs_chromium
+from glimt.cli.progress import TimeLeft
 from glimt.study.experiments import FIGURES
 from glimt.study.results import read, schema
 
@@ -145,3 +147,32 @@ def test_without_the_example(glimt, monkeypatch):
     done = glimt("study")
     assert (done.code, done.err) == (1, "error: the example stone_room.toml is not part of this installation; name a "
                                         "scene file\n")
+
+
+class Terminal(io.StringIO):
+    """Where a person watches."""
+
+    def isatty(self):
+        return True
+
+
+def test_a_terminal_shows_a_bar_with_the_time_left(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "100")
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with TimeLeft() as left:
+        left("figure 3: pixels", 0.25, 240.0)
+        time.sleep(0.15)
+        left("figure 4: bounces", 0.5, 42.0)
+    shown = sys.stderr.getvalue()
+    assert "figure 3: pixels, about 4 min left" in shown
+    assert "figure 4: bounces, about 42 s left" in shown
+    assert "50%" in shown
+
+
+def test_elsewhere_a_line_tells_of_each_figure(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    with TimeLeft() as left:
+        for share in (0.0, 0.1, 0.2):
+            left("figure 3: pixels", share, 99.0)
+    assert sys.stderr.getvalue() == "figure 3: pixels, about 99 s left\n"

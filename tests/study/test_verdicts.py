@@ -67,7 +67,7 @@ def test_a_time_that_stays():
 
 def test_groups_are_told_apart_only_when_they_differ():
     found = figure(2, {"tiles": {64: 5.0, 256: 5.01, 1024: 5.02}, "packets": {1: 8.0, 2: 5.05, 4: 5.0}})
-    assert found.series[0].verdict.startswith("No difference is seen between them: all within 0.")
+    assert found.series[0].verdict.startswith("No difference is seen beyond the noise: all are within 0.")
     assert found.series[1].verdict.startswith("It matters: best is 4 (2 as good); 1 takes 1.6")
     noisy = figure(2, {"tiles": {64: 5.0, 256: 5.6}}, noise=0.5)
     assert "No difference is seen" in noisy.series[0].verdict

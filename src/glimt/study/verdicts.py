@@ -101,7 +101,7 @@ def _groups(figure: Figure, series: Series) -> str:
     best, worst = ordered[0], ordered[-1]
     spread = worst.ms.value / best.ms.value - 1
     if spread <= _SPREAD or worst.ms.lo <= best.ms.hi:
-        return f"No difference is seen between them: all within {max(spread, 0.001):.1%}."
+        return f"No difference is seen beyond the noise: all are within {max(spread, 0.001):.1%}."
     as_good = [point.label for point in ordered[1:] if point.ms.lo <= best.ms.hi or
                point.ms.value <= (1 + _SPREAD) * best.ms.value]
     also = f" ({', '.join(as_good)} as good)" if as_good else ""
