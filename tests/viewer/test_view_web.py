@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chromium import chromium, needs_chromium
 from PIL import Image
+
+from chromium import chromium, needs_chromium, wait_until
 
 HERE = Path(__file__).parent
 STONE_ROOM = HERE.parents[1] / "examples" / "stone_room.toml"
@@ -184,6 +185,21 @@ def test_frames_a_second_in_the_browser(app, page):
     rate = (page.evaluate("window.shown") - first) / (time.monotonic() - start)
     print(f"{rate:.0f} frames a second in the browser")
     assert rate > 5
+
+
+def test_full_screen_comes_again_after_the_browser_has_ended_it(app, page):
+    for _ in range(2):
+        page.keyboard.press("u")
+        wait_until(page, "Boolean(document.fullscreenElement)")
+        page.wait_for_timeout(100)  # for the server to hear of it
+        page.evaluate("document.exitFullscreen()")  # as Esc does, which no page sees
+        wait_until(page, "!document.fullscreenElement")
+        page.wait_for_timeout(100)
+    page.keyboard.press("u")
+    wait_until(page, "Boolean(document.fullscreenElement)")
+    page.wait_for_timeout(100)
+    page.keyboard.press("u")
+    wait_until(page, "!document.fullscreenElement")
 
 
 def test_screenshots_are_downloaded(app, page):

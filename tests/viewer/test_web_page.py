@@ -7,9 +7,10 @@ import time
 
 import numpy as np
 import pytest
-from chromium import chromium, needs_chromium
 from PIL import Image
 from web_host import WebHost
+
+from chromium import chromium, needs_chromium, wait_until
 
 pytestmark = needs_chromium
 
@@ -52,14 +53,6 @@ def open_page(browser):
 def wait_for_status(page, state):
     page.wait_for_selector(f"#status[data-state={state}]", state="attached")
     assert page.inner_text("#status") == state
-
-
-def wait_until(page, condition):
-    """Playwright's own `wait_for_function` evaluates strings, which the page's policy forbids."""
-    deadline = time.monotonic() + 10
-    while not page.evaluate(condition):
-        assert time.monotonic() < deadline, condition
-        time.sleep(0.02)
 
 
 def shot(page):

@@ -123,7 +123,7 @@ def release(viewer: "Viewer") -> None:
         mouse_look(viewer, False)
     elif viewer.help_shown:
         toggle_help(viewer)
-    elif viewer.fullscreen:
+    elif viewer.host and viewer.host.is_fullscreen:
         toggle_fullscreen(viewer)
     viewer.picked = None
     viewer.uncover()
@@ -240,9 +240,8 @@ def toggle_help(viewer: "Viewer") -> None:
 
 def toggle_fullscreen(viewer: "Viewer") -> None:
     """Fill the screen, or no longer."""
-    viewer.fullscreen = not viewer.fullscreen
     if viewer.host:
-        viewer.host.set_fullscreen(viewer.fullscreen)
+        viewer.host.set_fullscreen(not viewer.host.is_fullscreen)
 
 
 def debug_view(viewer: "Viewer", name: DebugView | None) -> None:

@@ -88,13 +88,18 @@ class CanvasHost:
     Parameters
     ----------
     canvas : canvas of rendercanvas
-        With `set_pointer_captured` and `set_fullscreen`, or without.
+        With `set_pointer_captured`, `set_fullscreen` and `is_fullscreen`, or without.
     call_soon : function
         Has a function called in the canvas' thread.
     """
 
     def __init__(self, canvas: Any, call_soon: Callable[..., None]) -> None:
         self._canvas, self._call_soon = canvas, call_soon
+
+    @property
+    def is_fullscreen(self) -> bool:
+        """Whether the canvas fills the screen, as it last knew."""
+        return bool(getattr(self._canvas, "is_fullscreen", False))
 
     def set_pointer_captured(self, captured: bool) -> None:
         """Hide the pointer, or give it back."""

@@ -40,6 +40,10 @@ _CROSSING_SECONDS = 8.0
 class Host(Protocol):
     """What a window, a page or a terminal can be asked to do, from the thread that makes the pictures."""
 
+    @property
+    def is_fullscreen(self) -> bool:
+        """Whether the screen is filled: a person may end that without a key of ours."""
+
     def set_pointer_captured(self, captured: bool) -> None:
         """Hide the pointer and report its moves without end, or give it back."""
 
@@ -92,7 +96,7 @@ class Viewer:
         self.time = 0.0
         self.time_runs = True
         self.paused = False
-        self.mouse_look = self.fullscreen = self.help_shown = self.saving_view = False
+        self.mouse_look = self.help_shown = self.saving_view = False
         self.debug_view: DebugView | None = None
         self.overlay_level = 1
         self.picked: Pick | None = None

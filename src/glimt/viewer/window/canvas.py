@@ -154,9 +154,14 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
         if not self._pointer_captured:
             super()._on_cursor_enter(window, entered)
 
+    @property
+    def is_fullscreen(self) -> bool:
+        """Whether the window fills a screen."""
+        return self._windowed is not None
+
     def set_fullscreen(self, fullscreen: bool) -> None:
         """Fill the screen that shows most of the window, in its own resolution, or go back to where the window was."""
-        if self._window is None or fullscreen == (self._windowed is not None):
+        if self._window is None or fullscreen == self.is_fullscreen:
             return
         windowed, self._windowed = self._windowed, None
         with silence():  # Wayland tells nobody where a window is
