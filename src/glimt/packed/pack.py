@@ -55,6 +55,7 @@ class Packer:
         self._uses: list[MeshUse] | None = None
         self._geometry: Geometry
         self._boxes: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None
+        self._last_spans = np.zeros(0, np.float32)
         self._tlas: tuple[NDArray[np.float32], NDArray[np.float32]]  # nodes, blocks
 
     def pack(self, scene: Scene, time: float = 0.0) -> PackedScene:
@@ -78,12 +79,15 @@ class Packer:
             lights=pack_lights(scene.lights, time), spans=self._spans(contents.objects, places))
 
     def _spans(self, objects: list[Instance | Sphere], places: dict[Mesh, int]) -> NDArray[np.float32]:
-        """Return the SPAN records of instances and spheres, when everything is to be tested."""
-        spans = np.zeros((len(objects) if self._brute_force else 0, SPAN.words), np.int32)
-        for span, thing in zip(spans, objects, strict=False):
-            if isinstance(thing, Instance):
-                span[:] = self._geometry.spans[places[thing.mesh]]
-        return spans.view(np.float32).ravel()
+        """Return the SPAN records of instances and spheres, when everything is to be tested; the last ones if alike."""
+        if self._brute_force:
+            spans = np.zeros((len(objects), SPAN.words), np.int32)
+            for span, thing in zip(spans, objects, strict=True):
+                if isinstance(thing, Instance):
+                    span[:] = self._geometry.spans[places[thing.mesh]]
+            if not np.array_equal(spans.ravel(), self._last_spans.view(np.int32)):
+                self._last_spans = spans.view(np.float32).ravel()
+        return self._last_spans
 
     def _upper_tree(self, instances: PackedInstances) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return (nodes, blocks) of the tree over the instances: the last ones while no box has changed."""
