@@ -248,4 +248,4 @@ def test_spans_tell_the_leaves_of_each_instance():
     for span, mesh in ((spans[0], large), (spans[2], small)):
         prims = blocks[span["first_block"]:span["first_block"] + span["blocks"]]
         assert sorted(prims[prims >= 0]) == list(range(len(mesh.triangles)))
-        assert (np.diff(prims >= 0, axis=1) <= 0).all()  # unused places come last
+        assert (np.diff((prims >= 0).astype(int), axis=1) <= 0).all()  # unused places come last
