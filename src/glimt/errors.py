@@ -18,6 +18,22 @@ class RenderCancelled(GlimtError):  # noqa: N818 - nothing went wrong
         super().__init__("the render was cancelled")
 
 
+class EngineError(GlimtError):
+    """An engine cannot go on: its GPU was lost, does not answer, or has no room for a scene or picture.
+
+    Parameters
+    ----------
+    what : str
+        What happened.
+    remedy : str
+        What to do, where no other engine takes over.
+    """
+
+    def __init__(self, what: str, remedy: str) -> None:
+        super().__init__(f"{what}; {remedy}")
+        self.what = what
+
+
 class GlimtWarning(UserWarning):
     """The picture can be made, but something in the input was dropped, replaced or ignored.
 

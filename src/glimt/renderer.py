@@ -1,5 +1,6 @@
 """From a scene to a picture: choose the engine, pack, render."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -58,12 +59,16 @@ class Renderer:
         Is told about compiling and building.
     options : EngineOptions
         For measurements.
+    on_failure : function, optional
+        Is told what happened when the CPU takes over from a GPU that fails: its driver was reset, or it has no memory
+        for a scene or picture. None: with "auto" a `GlimtWarning` tells it; "gpu" is the GPU or an error.
     """
 
     def __init__(self, scene: Scene, *, threads: int | None = None, engine: str = "auto",
-                 progress: Progress | None = None, options: EngineOptions = DEFAULT_OPTIONS) -> None:
+                 progress: Progress | None = None, options: EngineOptions = DEFAULT_OPTIONS,
+                 on_failure: Callable[[str], None] | None = None) -> None:
         self.scene = scene
-        self._engine = get_engine(engine, threads, options)
+        self._engine = get_engine(engine, threads, options, on_failure)
         self._engine.prepare(progress)
         self._packer = Packer(self._engine.threads, options.brute_force)
         self.update(progress)

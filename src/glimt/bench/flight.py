@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from glimt.bench.frame_scenes import ring_of_lights
 from glimt.bench.measure import Tell, machine
+from glimt.errors import GlimtError
 from glimt.scene.scene import Scene
 from glimt.viewer.viewer import Viewer
 
@@ -33,8 +34,11 @@ def measure(scene: Scene, size: tuple[int, int], bounces: int, lights: int | Non
     viewer = Viewer(lit, budget=budget, threads=threads, engine=engine)
     viewer.resize(*size)
     viewer.overlay_level = 2
+    computes = viewer.renderer.engine_name
     frames = _fly(viewer, seconds)
     viewer.presenter.close()
+    if viewer.renderer.engine_name != computes:
+        raise GlimtError(f"{computes} failed during the flight: {viewer.message or 'the CPU took over'}")
     times, widths, ends = frames[:, 1], frames[:, 2], frames[:, 0]
     row = {
         "size": f"{size[0]}x{size[1]}", "bounces": bounces, "lights": len(lit.lights),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from glimt.debug_view import DebugView
 from glimt.engines.choice import choose_engine
 from glimt.engines.options import DEFAULT_OPTIONS, EngineOptions
-from glimt.errors import GlimtError
+from glimt.errors import EngineError, GlimtError
 from glimt.film import Film
 from glimt.packed import PackedScene
 
@@ -41,9 +41,11 @@ class Hits(NamedTuple):
 
 
 class Engine(Protocol):
-    """Renders packed scenes; `threads` is how many the host may use for it."""
+    """Renders packed scenes."""
 
-    threads: int
+    @property
+    def threads(self) -> int:
+        """How many threads the host may use for it."""
 
     @property
     def description(self) -> str:
@@ -108,17 +110,44 @@ class Engine(Protocol):
         """Stop what is being rendered, if anything is, within a few packets' time; from any thread."""
 
 
-def get_engine(name: str = "auto", threads: int | None = None, options: EngineOptions = DEFAULT_OPTIONS) -> Engine:
-    """Return an engine by name: "cpu", "gpu", or "auto" for the best there is (see `choose_engine`)."""
-    if choose_engine(name).engine == "gpu":
-        from glimt.engines.gpu.engine import GpuEngine
+def get_engine(name: str = "auto", threads: int | None = None, options: EngineOptions = DEFAULT_OPTIONS,
+               on_failure: Callable[[str], None] | None = None) -> Engine:
+    """Return an engine by name.
 
-        if options.brute_force:
-            raise GlimtError("the GPU engine has no brute force; take engine 'cpu'")
-        return GpuEngine(threads, group=options.group)
+    Parameters
+    ----------
+    name : str
+        "cpu", "gpu", or "auto" for the best there is (see `choose_engine`).
+    threads : int, optional
+    options : EngineOptions
+    on_failure : function, optional
+        Is told what happened when the CPU takes over from a GPU that fails. None: with "auto" a `GlimtWarning` tells
+        it, and with "gpu" the CPU does not take over: there is an error.
+
+    Raises
+    ------
+    GlimtError
+        See `choose_engine`; where "gpu" is found but cannot be opened; for options that an engine has not.
+    """
     from glimt.engines.cpu.engine import CpuEngine
+    from glimt.engines.fallback import FallbackEngine, warn
 
-    return CpuEngine(threads, options)
+    if choose_engine(name).engine == "cpu":
+        return CpuEngine(threads, options)
+    from glimt.engines.gpu.engine import GpuEngine
+
+    if options.brute_force:
+        raise GlimtError("the GPU engine has no brute force; take engine 'cpu'")
+    if name == "gpu" and on_failure is None:
+        return GpuEngine(threads, group=options.group)
+    tell = on_failure or warn
+    try:
+        return FallbackEngine(GpuEngine(threads, group=options.group), lambda: CpuEngine(threads, options), tell)
+    except EngineError as error:
+        if name == "gpu":
+            raise
+        tell(error.what)
+        return CpuEngine(threads, options)
 
 
 def begin_preparing(name: str = "auto") -> None:

@@ -29,6 +29,7 @@ from glimt.viewer.screenshot import keep_in
 REST_SECONDS = 0.15
 """How long nothing must have moved before the picture is refined: a tapped key does not make it flicker."""
 MESSAGE_SECONDS = 2.5
+_FAILURE_SECONDS = 10.0
 FINEST_SAMPLES = 4
 _COMPILING = "compiling, the first time only"
 _LONGEST_STEP = 0.25
@@ -64,7 +65,7 @@ class Viewer:
     budget : float
         Seconds a frame may take while anything moves.
     threads, engine, progress
-        As for `Renderer`.
+        As for `Renderer`; but the CPU takes over from a GPU that fails even where "gpu" was chosen.
     host : Host, optional
 
     Attributes
@@ -81,7 +82,9 @@ class Viewer:
     def __init__(self, scene: Scene, *, budget: float = DEFAULT_BUDGET, threads: int | None = None,
                  engine: str = "auto", progress: Progress | None = None, host: Host | None = None) -> None:
         self.scene = replace(scene, lights=list(scene.lights), settings=replace(scene.settings))
-        self.renderer = Renderer(self.scene, threads=threads, engine=engine, progress=progress)
+        self.jobs: list[Callable[[], None]] = []
+        self.renderer = Renderer(self.scene, threads=threads, engine=engine, progress=progress,
+                                 on_failure=self._tell_of_failure)
         self.host = host
         self.size = scene.settings.width, scene.settings.height
         self.pixel_ratio = 1.0
@@ -107,7 +110,6 @@ class Viewer:
         self.frame_seconds = 0.0
         self.rendered_size = self.size
         self.folder = Path.cwd()
-        self.jobs: list[Callable[[], None]] = []
         self._films: dict[tuple[int, int], Film] = {}
         self._message_ends = math.inf
         self.now = 0.0
@@ -164,9 +166,9 @@ class Viewer:
         """Take note that the picture is no longer right."""
         self._changed = True
 
-    def say(self, message: str) -> None:
+    def say(self, message: str, seconds: float = MESSAGE_SECONDS) -> None:
         """Show a message for a while."""
-        self.message, self._message_ends = message, self.now + MESSAGE_SECONDS
+        self.message, self._message_ends = message, self.now + seconds
         self.uncover()
 
     def fail(self, error: str) -> None:
@@ -251,6 +253,10 @@ class Viewer:
             return None
         self._uncovered = False
         return self.presenter.compose(self)
+
+    def _tell_of_failure(self, failure: str) -> None:
+        """Have it said after the picture at work that the CPU took over."""
+        self.jobs.append(lambda: self.say(f"{failure}; the CPU goes on", _FAILURE_SECONDS))
 
     def _tell_of_compiling(self) -> bool:
         """Return whether a picture that says so goes first: the next one waits for its kernel, for a second or two."""

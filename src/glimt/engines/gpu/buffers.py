@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from glimt.engines.gpu.adapters import import_wgpu
 from glimt.engines.gpu.device import Device
-from glimt.errors import GlimtError
+from glimt.errors import EngineError
 from glimt.layout import FRAME
 
 Kind = Literal["frame", "uniform", "read", "write"]
@@ -55,8 +55,8 @@ class Buffer:
             return
         most = min(self._device.limits[name] for name in ("max-storage-buffer-binding-size", "max-buffer-size"))
         if nbytes > most:
-            raise GlimtError(f"{self._label} takes {nbytes / 2**20:,.0f} MiB, more than the {most / 2**20:,.0f} MiB of "
-                             f"a buffer of {self._device.adapter.summary}; choose the CPU engine")
+            raise EngineError(f"{self._label} takes {nbytes / 2**20:,.0f} MiB, more than the {most / 2**20:,.0f} MiB "
+                              f"of a buffer of {self._device.adapter.summary}", "choose the CPU engine")
         size = max(nbytes, _LEAST_BYTES)
         if self.handle is not None:
             size = max(size, min(most, int(self.handle.size * _GROWTH)))
@@ -77,7 +77,9 @@ class Buffer:
 
     def destroy(self) -> None:
         """Give back its memory, once what was submitted has run."""
-        self.handle.destroy()
+        if self.handle is not None:
+            self.handle.destroy()
+            self.handle = None  # whatever comes next, a buffer that is gone is never used
 
 
 class Download:
@@ -101,14 +103,13 @@ class Download:
         encoder.copy_buffer_to_buffer(source.handle, offset, self._staging, 0, self._nbytes)
 
     def take(self, out: NDArray[Any]) -> NDArray[Any]:
-        """Wait for what was recorded and submitted, and write it into a contiguous array of that size; return it."""
-        words = out.reshape(-1).view(np.uint8)
-        if not np.shares_memory(words, out) or words.nbytes != self._nbytes:
+        """Wait for what was recorded and submitted, and write it into an array of that size; return it."""
+        if out.nbytes != self._nbytes:
             raise ValueError(f"an array of {out.nbytes} bytes cannot take the {self._nbytes} of a download")
         with self._device.doing("waiting for results"):
             self._device.wait(self._staging.map_async(import_wgpu().MapMode.READ, 0, self._nbytes))
             try:
-                words[:] = np.frombuffer(self._staging.read_mapped(copy=False), np.uint8)
+                out[...] = np.frombuffer(self._staging.read_mapped(copy=False), out.dtype).reshape(out.shape)
             finally:
                 self._staging.unmap()
         return out

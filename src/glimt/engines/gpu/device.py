@@ -1,6 +1,7 @@
 """A GPU opened for compute, and what its errors mean."""
 
 import contextlib
+import math
 import os
 from collections.abc import Iterator
 from typing import Any
@@ -15,13 +16,14 @@ from glimt.engines.gpu.adapters import (
     silent_drivers,
     wgpu_log,
 )
-from glimt.errors import GlimtError
+from glimt.errors import EngineError, GlimtError
 
 __all__ = ["AdapterInfo", "Device", "list_adapters", "open_device"]
 
 MOST_BINDING_BYTES = (2 << 30) - 4
 """Of one storage buffer: what 32-bit offsets of words reach by far, and what drivers are good for."""
 _LOOK_SECONDS = 0.5
+_PATIENCE_SECONDS = 60.0
 
 
 class Device:
@@ -39,6 +41,8 @@ class Device:
         Of timestamps.
     kept : dict
         Shader modules and pipelines made so far, by what they were made of.
+    patience : float
+        Seconds that results may take.
     """
 
     def __init__(self, adapter: AdapterInfo, gpu: Any) -> None:
@@ -47,6 +51,7 @@ class Device:
         self.has_timestamps = "timestamp-query" in gpu.features
         self.tick_seconds = 1e-9 * _timestamp_period(gpu)
         self.kept: dict[Any, Any] = {}
+        self.patience = math.inf if adapter.kind == "software" else _PATIENCE_SECONDS
 
     @contextlib.contextmanager
     def doing(self, what: str) -> Iterator[None]:
@@ -56,20 +61,33 @@ class Device:
             with wgpu_log.silent():
                 yield
         except wgpu.GPUOutOfMemoryError as error:
-            raise GlimtError(f"the GPU has not enough memory while {what} ({self.adapter.summary}); choose a smaller "
-                             "picture or scene, or the CPU engine") from error
+            raise EngineError(f"the GPU has not enough memory while {what} ({self.adapter.summary})",
+                              "choose a smaller picture or scene, or the CPU engine") from error
         except (wgpu.GPUError, RuntimeError) as error:
             if self._is_lost():
-                raise GlimtError(f"the GPU was lost while {what} ({self.adapter.summary}): its driver was reset or it "
-                                 f"was taken away; start again, or choose the CPU engine. {wgpu_log.reason}") from error
-            raise GlimtError(f"the GPU failed while {what} ({self.adapter.summary}): {_gist(str(error))}; the CPU "
-                             "engine can do without") from error
+                raise EngineError(f"the GPU was lost while {what} ({self.adapter.summary}): its driver was reset or it "
+                                  f"was taken away. {wgpu_log.reason}", "start again, or choose the CPU engine"
+                                  ) from error
+            raise EngineError(f"the GPU failed while {what} ({self.adapter.summary}): {_gist(str(error))}",
+                              "the CPU engine can do without") from error
 
     def wait(self, promise: Any) -> None:
-        """Wait for what wgpu promises; awake for Ctrl-C, and an error when the device is lost meanwhile."""
+        """Wait for what wgpu promises; awake for Ctrl-C.
+
+        Raises
+        ------
+        EngineError
+            When the device is lost meanwhile, or its GPU does not answer. One that computes on the CPU has all the time
+            it wants: it compiles kernels late, on a machine that may be busy.
+        """
         done = promise._thread_event  # `sync_wait` has no end when the device is lost
+        waited = 0.0
         while not done.wait(_LOOK_SECONDS):
             self.gpu.create_command_encoder().finish()  # an error when the device is lost
+            waited += _LOOK_SECONDS
+            if waited >= self.patience:
+                raise EngineError(f"the GPU has not answered for {waited:g} s ({self.adapter.summary})",
+                                  "restart the machine if it stays so, or choose the CPU engine")
         promise.sync_wait()
 
     def close(self) -> None:
@@ -104,7 +122,7 @@ def open_device(*, software: bool = False, group: tuple[int, int] = (16, 16)) ->
     Raises
     ------
     GlimtError
-        When wgpu is not installed, there is no adapter, or it lacks something.
+        When wgpu is not installed, there is no adapter, or it lacks something; EngineError when it cannot be opened.
     """
     info = choose_adapter(list_adapters(), "software" if software else os.environ.get("GLIMT_GPU", ""))
     limits = info.handle.limits
@@ -121,8 +139,8 @@ def open_device(*, software: bool = False, group: tuple[int, int] = (16, 16)) ->
         with silent_drivers():
             gpu = info.handle.request_device_sync(label="glimt", required_features=features, required_limits=needed)
     except RuntimeError as error:
-        raise GlimtError(f"{info.summary} cannot be opened: {_gist(str(error))}; update its driver, or choose the CPU "
-                         "engine") from error
+        raise EngineError(f"{info.summary} cannot be opened: {_gist(str(error))}",
+                          "update its driver, or choose the CPU engine") from error
     return Device(info, gpu)
 
 
