@@ -98,12 +98,13 @@ VIEW = _struct("View", origin="3f", right="3f", up="3f", look="3f", spread="f", 
 `spread` is a pixel's width there), light from nowhere and light from everywhere, and how the film will be developed:
 what radiance is multiplied by, and 1 for the filmic tone curve."""
 
-FRAME = _struct("Frame", width="i", height="f", first_row="i", rows="i", capacity="i", shift_x="f", shift_y="f",
-                spread="f", sample="i", depth="i", max_bounces="i", half="i", light_count="i", scene_root="i",
-                scene_leaves="i", instances="i", materials="i", textures="i", levels="i", lights="i", triangles="i",
-                vertices="i", tangents="i", tints="i", shows="i", view="21f", unused="18f")
-"""What one dispatch on a GPU is told: rows of a picture `height` high, which sample and bounce, which half of the paths
-is read, and where each kind of record begins in its buffer, in words. 256 bytes, as dynamic offsets want it."""
+FRAME = _struct("Frame", width="f", height="f", first_column="i", first_row="i", columns="i", rows="i", capacity="i",
+                shift_x="f", shift_y="f", spread="f", sample="i", depth="i", max_bounces="i", half="i", light_count="i",
+                scene_root="i", scene_leaves="i", instances="i", materials="i", textures="i", levels="i", lights="i",
+                triangles="i", vertices="i", tangents="i", tints="i", shows="i", view="21f", unused="16f")
+"""What one dispatch on a GPU is told: columns and rows of a picture of `width` by `height`, which sample and bounce,
+which half of the paths is read, and where each kind of record begins in its buffer, in words. 256 bytes, as dynamic
+offsets want it."""
 PATH = _struct("Path", origin="3f", direction="3f", throughput="f", travelled="f", pixel="i", t="f", u="f", v="f",
                prim="i", inst="i", reflectivity="f", unused="i")
 """A ray on a GPU, and what it has hit. After shading: the mirror ray."""

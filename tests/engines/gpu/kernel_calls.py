@@ -7,6 +7,7 @@ from both_engines import on_cpu, on_gpu, shared_engine
 from glimt.engines.cpu.kernels.arrays import arrays
 from glimt.engines.gpu.buffers import Bindings, Buffer, Download
 from glimt.engines.gpu.commands import Commands
+from glimt.engines.gpu.pace import Area
 from glimt.engines.gpu.shader import Part, compile_parts, kernel, layout_constants, pipeline
 from glimt.engines.gpu.stages import STEMS
 from glimt.lanes import LANES
@@ -65,7 +66,7 @@ def _on_invocations(scene, body, given, planes):
     """Run a WGSL body with `value`, `vector`, `put` and `put_vector` for the planes of one invocation."""
     engine, renderer, count = shared_engine(), on_gpu(scene), given.shape[1]
     renderer._upload(0.0)
-    engine._tell(renderer._view(), (1, 1), 0, 1, 1, 0)
+    engine._tell(renderer._view(), (1, 1), Area(0, 0, 1, 1), 1, 0)
     device = engine._device
     text = f"const COUNT = {count}u;\n{_ENTRY.replace('BODY', body)}"
     if ("module", "", text) not in device.kept:

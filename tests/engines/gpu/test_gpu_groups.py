@@ -1,4 +1,4 @@
-"""A film is the same to the byte for workgroups of any shape, and for any number of bands."""
+"""A film is the same to the byte for workgroups of any shape, and of any parts."""
 
 import functools
 from pathlib import Path
@@ -33,20 +33,24 @@ def test_workgroups(group):
     assert film.counters == _wanted().counters
 
 
-@pytest.mark.parametrize("most", [1, 2000])
-def test_bands(monkeypatch, most):
+@pytest.mark.parametrize("most", [1, 700, 2000])
+def test_parts(monkeypatch, most):
     monkeypatch.setattr(gpu_engine, "_MOST_PIXELS", most)
     engine = shared_engine()
-    bands = engine._bands(75, 53)
-    assert len(bands) == (7 if most == 1 else 3)
-    assert sum(rows for _, rows in bands) == 53
+    areas, told = gpu_engine.Areas((75, 53), engine._group), engine._tell
+    parts = list(iter(lambda: areas.take(most), None))
+    assert len(parts) == {1: 70, 700: 7, 2000: 3}[most]
+    seen = []
+    monkeypatch.setattr(engine, "_tell", lambda view, size, area, *rest: seen.append(area) or told(
+        view, size, area, *rest))
     film = _render(engine)
     assert film.sums.tobytes() == _wanted().sums.tobytes()
     assert film.counters == _wanted().counters
+    assert set(seen) >= set(parts)
 
 
-def test_bands_of_debug_views(monkeypatch):
+def test_parts_of_debug_views(monkeypatch):
     renderer = on_gpu(sized(glimt.load(STONE_ROOM), 75, 53))
     wanted = renderer.render_debug("instances").values
-    monkeypatch.setattr(gpu_engine, "_MOST_PIXELS", 1000)
+    monkeypatch.setattr(gpu_engine, "_MOST_PIXELS", 130)
     np.testing.assert_array_equal(renderer.render_debug("instances").values.view(np.int32), wanted.view(np.int32))

@@ -1,10 +1,10 @@
-"""The engine for graphics processors: the five stages over buffers of rays, band by band."""
+"""The engine for graphics processors: the five stages over buffers of rays, area by area."""
 
 import contextlib
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from glimt.engines.gpu.adapters import import_wgpu
 from glimt.engines.gpu.buffers import Buffer, Download
 from glimt.engines.gpu.commands import Commands, Timer
 from glimt.engines.gpu.device import open_device
+from glimt.engines.gpu.pace import LONGEST_SECONDS, Area, Areas, Pace
 from glimt.engines.gpu.scene_buffers import SceneBuffers
 from glimt.engines.gpu.stages import Group, Stages, counter_words, frame_records, path_bytes
 from glimt.errors import GlimtError, RenderCancelled
@@ -25,7 +26,7 @@ from glimt.packed import PackedScene
 _FINEST = 4
 """Adaptive sampling is not for GPUs, whose neighbours go the same way: every pixel has the samples of the finest."""
 _MOST_PIXELS = 1 << 20
-"""Pixels of a band: with two paths each, the 128 MiB of a binding that every adapter owes."""
+"""Pixels at once: with two paths each, the 128 MiB of a binding that every adapter owes."""
 _LEAST_STACK = 16
 _SHOWS: tuple[DebugView, ...] = ("depth", "barycentrics", "instances", "normals", "shadows", "nodes")
 """In the order of the constants of debug.wgsl."""
@@ -58,9 +59,11 @@ class GpuEngine:
         own["dispatch"] = Buffer(self._device, "dispatch", 16, extra_usage=import_wgpu().BufferUsage.INDIRECT)
         self._buffers = {**own, **self._scene.buffers}
         self._timer = Timer(self._device)
+        self._clock, self._pace = time.perf_counter, Pace()
         self._sums, self._counts = Download(self._device), Download(self._device)
         self._stages: Stages | None = None
         self._light_count = 0
+        self._too_slow = False  # of the last submission
         self._cancelled: threading.Event | None = None  # of the render at work
         self._one_at_a_time = threading.Lock()
         self.visits: dict[str, NDArray[np.int64]] = {}
@@ -80,7 +83,8 @@ class GpuEngine:
     def upload(self, scene: PackedScene, light_count: int) -> None:
         """Take over what has changed of a scene."""
         with self._one_at_a_time:
-            self._scene.upload(scene, light_count)
+            if self._scene.upload(scene, light_count):
+                self._pace.restart()
             self._light_count = light_count
             depth = max(_LEAST_STACK, -(-self._scene.stack_depth // 8) * 8)
             if self._stages is None or self._stages.stack_depth < depth:
@@ -96,16 +100,18 @@ class GpuEngine:
         totals = np.zeros(counter_words(max_bounces), np.int64)
         stages: dict[str, float] = {}
         with self._one_at_a_time, self._begin() as stop_if_cancelled:
-            for first, rows in self._bands(width, height):
+            left, done = self._divide(size, max_bounces), 0.0
+            while area := left.take(self._most_pixels()):
                 if progress:
-                    progress("rendering", first / height)
-                self._tell(view, size, first, rows, grid, max_bounces)
-                for sample in range(grid * grid):
-                    stop_if_cancelled()
-                    wanted = sums[first:first + rows] if sample == grid * grid - 1 else None
-                    totals += self._run_sample(sample, width, rows, max_bounces, wanted)
-                    for stage, seconds in self._timer.seconds().items():  # there already, with the counters
-                        stages[stage] = stages.get(stage, 0.0) + seconds
+                    progress("rendering", done)
+                self._tell(view, size, area, grid, max_bounces)
+                taken = self._run_samples(area, grid * grid, max_bounces, sums, stop_if_cancelled)
+                if taken is None:
+                    left.put_back(area)
+                    continue
+                totals, done = totals + taken[0], left.done
+                for stage, seconds in taken[1].items():
+                    stages[stage] = stages.get(stage, 0.0) + seconds
             stop_if_cancelled()
         self.visits = {"nodes": totals[COUNTER.nodes:][:3], "blocks": totals[COUNTER.blocks:][:3]}
         counters = Counters(width * height * grid * grid, int(totals[COUNTER.shadow]),
@@ -115,14 +121,14 @@ class GpuEngine:
     def render_debug(self, view: NDArray[np.float32], size: tuple[int, int], shows: DebugView,
                      light_tints: NDArray[np.float32]) -> NDArray[np.float32]:
         """Render numbers a pixel instead of radiance (see `Engine.render_debug`)."""
-        width, height = size
-        values = np.empty((height, width, 4), np.float32)
+        values = np.empty((size[1], size[0], 4), np.float32)
         with self._one_at_a_time, self._begin() as stop_if_cancelled:
             self._scene.write("tints", light_tints)
-            for first, rows in self._bands(width, height):
+            left = self._divide(size, 0)
+            while area := left.take(self._most_pixels()):
                 stop_if_cancelled()
-                self._tell(view, size, first, rows, 1, 0, shows=_SHOWS.index(shows))
-                self._run(["create_rays", "debug"], 0, self._capacity(width, rows), values[first:first + rows])
+                self._tell(view, size, area, 1, 0, shows=_SHOWS.index(shows))
+                self._run(["create_rays", "debug"], 0, self._capacity(area), _part(values, area))
             stop_if_cancelled()
         if shows == "instances":  # floats up to here: GPUs may take the bits of small integers for zeros
             values[..., :2] = values[..., :2].astype(np.int32).view(np.float32)
@@ -130,22 +136,17 @@ class GpuEngine:
 
     def find_hits(self, rays: NDArray[np.float32]) -> Hits:
         """Return what rays meet first (see `Engine.find_hits`)."""
-        count = rays.shape[1]
-        paths = np.zeros(count, dtype(PATH))
+        paths = np.zeros(rays.shape[1], dtype(PATH))
         paths["origin"], paths["direction"] = rays[:3].T, rays[3:6].T
         paths["t"] = np.minimum(rays[6], np.float32(3e38))
-        if count > _MOST_PIXELS:
-            raise GlimtError(f"{count:,} rays are more than the {_MOST_PIXELS:,} that a GPU is asked at a time")
         with self._one_at_a_time:
             self._need_scene()
-            self._tell(np.zeros(int(VIEW.words), np.float32), (count, 1), 0, 1, 1, 0, capacity=count)
-            self._buffers["paths"].upload(paths)
-            counters = np.zeros(counter_words(0), np.uint32)
-            counters[COUNTER.paths] = count
-            self._buffers["counters"].upload(counters)
-            self._run(["intersect"], 0, count)
-            if count:
-                self._sums.read(self._buffers["paths"], paths)
+            self._pace.expect(1)
+            first = 0
+            while first < len(paths):
+                count = min(self._most_pixels(), len(paths) - first)
+                self._follow(paths[first:first + count])
+                first += count
         inst = paths["inst"].copy()
         return Hits(np.where(inst == MISS, np.float32(np.inf), paths["t"]), paths["u"].copy(), paths["v"].copy(),
                     paths["prim"].copy(), inst)
@@ -175,42 +176,73 @@ class GpuEngine:
         finally:
             self._cancelled = None
 
-    def _bands(self, width: int, height: int) -> list[tuple[int, int]]:
-        """Return (first row, rows) of what is rendered at a time: whole tiles, as many as the buffers may hold."""
-        most = min(_MOST_PIXELS, self._device.limits["max-storage-buffer-binding-size"] // path_bytes(1))
-        row = -(-width // self._group.width) * self._group.width
-        rows = max(1, most // row // self._group.height) * self._group.height
-        return [(first, min(rows, height - first)) for first in range(0, height, rows)]
+    def _divide(self, size: tuple[int, int], max_bounces: int) -> Areas:
+        """Return the areas of a picture, for rays to its lights from each bounce at most."""
+        self._pace.expect((1 + max_bounces) * (1 + self._light_count))
+        return Areas(size, self._group)
 
-    def _capacity(self, width: int, rows: int) -> int:
-        """Return how many paths a band begins with: those of whole tiles."""
-        return -(-width // self._group.width) * -(-rows // self._group.height) * self._group.size
+    def _most_pixels(self) -> int:
+        """Return how many may be rendered at once: in good time, and as the buffers may hold."""
+        return min(self._pace.pixels, _MOST_PIXELS,
+                   self._device.limits["max-storage-buffer-binding-size"] // path_bytes(1))
 
-    def _tell(self, view: NDArray[np.float32], size: tuple[int, int], first: int, rows: int, grid: int,
-              max_bounces: int, shows: int = 0, capacity: int = 0) -> None:
-        """Write what all dispatches of a band are told, and have room for its paths."""
-        width, height = size
-        capacity = capacity or self._capacity(width, rows)
+    def _capacity(self, area: Area) -> int:
+        """Return how many paths an area begins with: those of whole tiles."""
+        return -(-area.width // self._group.width) * -(-area.height // self._group.height) * self._group.size
+
+    def _tell(self, view: NDArray[np.float32], size: tuple[int, int], area: Area, grid: int, max_bounces: int,
+              shows: int = 0, capacity: int = 0) -> None:
+        """Write what all dispatches of an area are told, and have room for its paths."""
+        capacity = capacity or self._capacity(area)
         self._buffers["paths"].reserve(path_bytes(capacity))
         self._buffers["film"].reserve(2 * 16 * capacity)
         base = np.zeros(1, dtype(FRAME))
-        for name, value in {**self._scene.starts, "width": width, "height": height, "first_row": first, "rows": rows,
-                            "capacity": capacity, "light_count": self._light_count, "shows": shows}.items():
+        for name, value in {**self._scene.starts, "width": size[0], "height": size[1], "first_column": area.column,
+                            "first_row": area.row, "columns": area.width, "rows": area.height, "capacity": capacity,
+                            "light_count": self._light_count, "shows": shows}.items():
             base[name] = value
         base["view"] = view
         records = frame_records(base, grid, max_bounces, float(view[VIEW.spread]))
         self._buffers["frame"].upload(records.view(np.uint32))
 
-    def _run_sample(self, sample: int, width: int, rows: int, max_bounces: int,
+    def _follow(self, paths: NDArray[Any]) -> None:
+        """Write into PATH records what they meet."""
+        count = len(paths)
+        self._tell(np.zeros(int(VIEW.words), np.float32), (count, 1), Area(0, 0, count, 1), 1, 0, capacity=count)
+        self._buffers["paths"].upload(paths)
+        counters = np.zeros(counter_words(0), np.uint32)
+        counters[COUNTER.paths] = count
+        self._buffers["counters"].upload(counters)
+        self._run(["intersect"], 0, count, None, counters)
+        self._sums.read(self._buffers["paths"], paths)
+
+    def _run_samples(self, area: Area, samples: int, max_bounces: int, sums: NDArray[np.float32],
+                     stop_if_cancelled: Callable[[], None]) -> tuple[NDArray[np.int64], dict[str, float]] | None:
+        """Render an area into a picture's sums; return its counters and the seconds of its stages.
+
+        None where it takes too long and has samples to come: it is to be begun again, in smaller parts.
+        """
+        totals, stages = np.zeros(counter_words(max_bounces), np.int64), dict[str, float]()
+        for sample in range(samples):
+            stop_if_cancelled()
+            if sample and self._too_slow and self._capacity(area) > self._group.size:
+                return None
+            wanted = _part(sums, area) if sample == samples - 1 else None
+            totals += self._run_sample(sample, self._capacity(area), max_bounces, wanted)
+            for stage, seconds in self._timer.seconds().items():  # there already, with the counters
+                stages[stage] = stages.get(stage, 0.0) + seconds
+        return totals, stages
+
+    def _run_sample(self, sample: int, capacity: int, max_bounces: int,
                     sums: NDArray[np.float32] | None) -> NDArray[np.int64]:
-        """Run all stages of one sample of a band; return its counters, and with the last sample its sums."""
+        """Run all stages of one sample of an area; return its counters, and with the last sample its sums."""
         counters = np.zeros(counter_words(max_bounces), np.uint32)
-        capacity = counters[COUNTER.paths] = self._capacity(width, rows)
+        counters[COUNTER.paths] = capacity
         self._buffers["counters"].upload(counters)
         stages = ["create_rays", "intersect", "shade"]
         for _ in range(max_bounces):
             stages += ["bounce", "prepare", "intersect", "shade"]
-        self._run([*stages, "resolve"], sample * (max_bounces + 1), int(capacity), sums, counters)
+        self._run([*stages, "resolve"], sample * (max_bounces + 1), capacity, sums, counters)
         taken: NDArray[np.int64] = counters.astype(np.int64)
         return taken
 
@@ -228,11 +260,19 @@ class GpuEngine:
             commands.download(self._counts, self._buffers["counters"], counters.nbytes)
         if sums is not None:
             commands.download(self._sums, self._buffers["film"], sums.nbytes)
+        start = self._clock()
         commands.submit()
-        if sums is not None:
-            self._sums.take(sums)
         if counters is not None:
             self._counts.take(counters)
+        if sums is not None:
+            self._sums.take(sums)
+        seconds = self._clock() - start
+        self._pace.learn(capacity, seconds)
+        self._too_slow = seconds > LONGEST_SECONDS
+
+
+def _part(picture: NDArray[np.float32], area: Area) -> NDArray[np.float32]:
+    return picture[area.row:area.row + area.height, area.column:area.column + area.width]
 
 
 assert set(_SHOWS) == set(get_args(DebugView)), "a debug view that debug.wgsl does not know"

@@ -40,12 +40,17 @@ class SceneBuffers:
         self._trees: CompressedTrees | None = None
         self._device = device
 
-    def upload(self, scene: PackedScene, light_count: int) -> None:
-        """Take over what differs from the scene before; lights alone are one small write."""
+    def upload(self, scene: PackedScene, light_count: int) -> bool:
+        """Take over what differs from the scene before; lights alone are one small write.
+
+        Returns
+        -------
+        Whether rays may take much longer now than before: meshes are others, or placed more often.
+        """
         before, self._scene = self._scene, scene
         if before is not None and _same_but_lights(before, scene) and light_count <= self._light_room:
             self.write("lights", scene.lights)
-            return
+            return False
         self._upload_trees(scene, before)
         self._upload_records(scene, light_count)
         if before is None or scene.texels is not before.texels:
@@ -55,6 +60,8 @@ class SceneBuffers:
                 (before.triangles, before.vertices, before.tangents), strict=True)):
             self.starts |= _join(self.buffers["geometry"], triangles=scene.triangles,
                                  vertices=scene.vertices, tangents=scene.tangents)
+        return (before is None or scene.blas_blocks is not before.blas_blocks
+                or scene.instances.size > before.instances.size)
 
     def _upload_trees(self, scene: PackedScene, before: PackedScene | None) -> None:
         same_meshes = before is not None and (scene.blas_nodes is before.blas_nodes

@@ -5,19 +5,20 @@ fn create_rays(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups)
                @builtin(local_invocation_index) local: u32) {
     let number = path_number(group, groups, local);
     if number >= frame_int(FRAME_capacity) { return; }
-    let width = frame_int(FRAME_width);
-    let tiles = (width + GROUP_WIDTH - 1u) / GROUP_WIDTH;
+    let columns = frame_int(FRAME_columns);
+    let tiles = (columns + GROUP_WIDTH - 1u) / GROUP_WIDTH;
     let tile = number / (GROUP_WIDTH * GROUP_HEIGHT);
     let column = tile % tiles * GROUP_WIDTH + local % GROUP_WIDTH;
     let row = tile / tiles * GROUP_HEIGHT + local / GROUP_WIDTH;
     let at = path_record(number, 0u);
-    if column >= width || row >= frame_int(FRAME_rows) {
+    if column >= columns || row >= frame_int(FRAME_rows) {
         paths[at + PATH_pixel] = NOBODY;
         return;
     }
-    let pixel = row * width + column;
-    let x = (f32(column) + frame_float(FRAME_shift_x)) * (2.0 / f32(width)) - 1.0;
-    let y = (f32(row + frame_int(FRAME_first_row)) + frame_float(FRAME_shift_y)) * (-2.0 / frame_float(FRAME_height)) + 1.0;
+    let pixel = row * columns + column;
+    let shown = vec2(f32(column + frame_int(FRAME_first_column)), f32(row + frame_int(FRAME_first_row)));
+    let x = (shown.x + frame_float(FRAME_shift_x)) * (2.0 / frame_float(FRAME_width)) - 1.0;
+    let y = (shown.y + frame_float(FRAME_shift_y)) * (-2.0 / frame_float(FRAME_height)) + 1.0;
     let ray = camera_ray(x, y);
     store_path_vector(at + PATH_origin, ray.origin);
     store_path_vector(at + PATH_direction, ray.direction);

@@ -6,7 +6,7 @@ const LARGEST = 1e34;
 fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
            @builtin(local_invocation_index) local: u32) {
     let pixel = path_number(group, groups, local);
-    if pixel >= frame_int(FRAME_width) * frame_int(FRAME_rows) { return; }
+    if pixel >= frame_int(FRAME_columns) * frame_int(FRAME_rows) { return; }
     let from_ = sample_word(pixel);
     let to = 4u * pixel;
     let light = vec3(film[from_], film[from_ + 1u], film[from_ + 2u]);
