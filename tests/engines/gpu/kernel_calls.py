@@ -78,12 +78,12 @@ def _on_invocations(scene, body, given, planes):
     source, result, download = Buffer(device, "given"), Buffer(device, "answers", 4 * planes * count), Download(device)
     source.upload(given)
     group = bindings.group([*(engine._buffers[name] for name in _NAMED), source, result])
-    commands = Commands(device)
+    commands, answers = Commands(device, download), np.empty((planes, count), np.float32)
     commands.dispatch("call", pipeline(device, [text], "call", [bindings.layout]), [group], (count // GROUP, 1, 1),
                       frame=0)
-    commands.download(download, result)
+    download.want(result, answers)
     commands.submit()
-    answers = download.take(np.empty((planes, count), np.float32))
+    download.take()
     source.destroy()
     result.destroy()
     return answers

@@ -69,14 +69,11 @@ def test_what_does_not_fit(device):
         Buffer(device, "the statues' trees", most + 2**20)
     with pytest.raises(TypeError, match="4-byte"):
         Buffer(device, "bytes").upload(np.zeros(8, np.uint8))
-    buffer = Buffer(device, "numbers", 16)
-    download = Download(device)
-    download.record(device.gpu.create_command_encoder(), buffer)
-    with pytest.raises(ValueError, match="12 bytes"):
-        download.take(np.zeros(3, np.uint32))
+    with pytest.raises(ValueError, match="an array of 12 bytes is more than the 8 of the buffer"):
+        Download(device).want(Buffer(device, "numbers", 16), np.zeros(3, np.uint32), 8)
 
 
-def test_passes_run_in_order_directly_and_by_numbers_on_the_gpu(device, double):
+def test_dispatches_run_in_order_directly_and_by_numbers_on_the_gpu(device, double):
     bindings, work = double
     count = 1000
     shift, source, result, groups = (Buffer(device, name, extra_usage=import_wgpu().BufferUsage.INDIRECT)
@@ -89,48 +86,71 @@ def test_passes_run_in_order_directly_and_by_numbers_on_the_gpu(device, double):
     assert bindings.group([shift, source, result]) is group
     assert bindings.group([shift, result, source]) is not group
     group, download = bindings.group([shift, source, result]), Download(device)
-    commands = Commands(device)
+    commands, got, last = Commands(device, download), np.empty(count, np.uint32), np.empty((2, 5), np.float32)
     commands.clear(result)
     commands.dispatch("all", work, [group], (-(-count // 64), 1, 1))
     commands.dispatch("first 64", work, [group], groups, 12)
-    commands.download(download, result)
+    download.want(result, got)
+    download.want(source, last[:, 1:3], 4 * (count - 4))
     commands.submit()
+    download.take()
     wanted = 2 * np.arange(count) + 5
     wanted[:64] *= 2
-    np.testing.assert_array_equal(download.take(np.empty(count, np.uint32)), wanted)
+    np.testing.assert_array_equal(got, wanted)
+    assert last[:, 1:3].view(np.uint32).tolist() == [[996, 997], [998, 999]]
 
 
-def test_passes_are_timed_by_label(device, double, monkeypatch):
+@pytest.mark.parametrize("inside", [False, True], ids=["passes", "within a pass"])
+def test_dispatches_are_timed_by_label(device, double, monkeypatch, inside):
+    if inside and not device.has_inner_timestamps:
+        pytest.skip("the adapter has no timestamps within passes")
+    monkeypatch.setattr(device, "has_inner_timestamps", inside)
     bindings, work = double
     buffers = [Buffer(device, name, 4096) for name in ("shift", "source", "result")]
     buffers[0].upload(np.array([1, 1000, 0, 0], np.uint32))
-    timer = Timer(device, depth=2)
+    timer, download = Timer(device), Download(device)
     assert timer.seconds() == {}
-    monkeypatch.setattr(gpu_commands, "MOST_TIMED", 3)
-    for labels in (["a", "b", "a"], ["c"], ["d", "e", "f", "g"]):
-        commands = Commands(device, timer)
+    monkeypatch.setattr(gpu_commands, "MOST_TICKS", 6)
+    for labels, timed in (("aba", "ab"), ("c", "c"), ("", ""), ("hhiiij", "hij"),
+                          ("defghijk", "defgh" if inside else "def")):
+        commands = Commands(device, download, timer)
         for label in labels:
-            commands.dispatch(label, work, [bindings.group(buffers)], (16, 1, 1))
+            commands.dispatch(label, work, [bindings.group(buffers)], (2000, 1, 1))
         commands.submit()
-        if labels[0] == "a":
-            both = timer.seconds()
-            assert list(both) == (["a", "b"] if device.has_timestamps else [])
-            assert both == timer.seconds()
-    wanted = [["d", "e", "f"], ["c"], []] if device.has_timestamps else [[], [], []]
-    assert [list(timer.seconds(back)) for back in range(3)] == wanted
-    assert all(0 <= seconds < 60 for seconds in timer.seconds().values())
-    untimed = Commands(device)
-    untimed.dispatch("h", work, [bindings.group(buffers)], (16, 1, 1))
+        download.take()
+        assert list(timer.seconds()) == (list(timed) if device.has_timestamps else [])
+        assert timer.seconds() == timer.seconds()
+        assert all(0 < seconds < 60 for seconds in timer.seconds().values())
+    untimed = Commands(device, download)
+    untimed.dispatch("k", work, [bindings.group(buffers)], (16, 1, 1))
     untimed.submit()
-    assert list(timer.seconds()) == wanted[0]
+    assert "k" not in timer.seconds()
+
+
+def test_results_that_nobody_waited_for_are_not_in_the_way(device, monkeypatch):
+    buffer, download = Buffer(device, "array"), Download(device)
+    buffer.upload(np.arange(10, dtype=np.uint32))
+    wait = device.wait
+
+    def interrupt(promise):
+        raise KeyboardInterrupt
+
+    for _ in range(2):
+        monkeypatch.setattr(device, "wait", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            download.read(buffer, np.zeros(10, np.uint32))
+        monkeypatch.setattr(device, "wait", wait)
+        assert download.read(buffer, np.zeros(10, np.uint32)).tolist() == list(range(10))
 
 
 def test_a_device_without_timestamps_times_nothing(device, double, monkeypatch):
     bindings, work = double
     buffers = [Buffer(device, name, 64) for name in ("shift", "source", "result")]
     monkeypatch.setattr(device, "has_timestamps", False)
-    timer = Timer(device)
-    commands = Commands(device, timer)
+    monkeypatch.setattr(device, "has_inner_timestamps", False)
+    timer, download = Timer(device), Download(device)
+    commands = Commands(device, download, timer)
     commands.dispatch("a", work, [bindings.group(buffers)], (1, 1, 1))
     commands.submit()
+    download.take()
     assert timer.seconds() == {}

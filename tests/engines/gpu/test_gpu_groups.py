@@ -54,3 +54,12 @@ def test_parts_of_debug_views(monkeypatch):
     wanted = renderer.render_debug("instances").values
     monkeypatch.setattr(gpu_engine, "_MOST_PIXELS", 130)
     np.testing.assert_array_equal(renderer.render_debug("instances").values.view(np.int32), wanted.view(np.int32))
+
+
+def test_a_pass_for_each_stage_where_there_are_no_timestamps_within(monkeypatch):
+    engine = shared_engine()
+    monkeypatch.setattr(engine._timer, "marks_inside", False)
+    film = _render(engine)
+    assert film.sums.tobytes() == _wanted().sums.tobytes()
+    assert film.stages.keys() == _wanted().stages.keys()
+    assert sum(film.stages.values()) < film.seconds

@@ -27,12 +27,13 @@ def _run(body, words, count):
     bindings = Bindings(device, [(0, "read"), (1, "write")])
     source, result, download = Buffer(device, "source"), Buffer(device, "result", 4 * count), Download(device)
     source.upload(words)
-    commands = Commands(device)
+    commands, answer = Commands(device, download), np.zeros(count, np.uint32)
     commands.dispatch("run", pipeline(device, [text], "run", [bindings.layout]), [bindings.group([source, result])],
                       (1, 1, 1))
-    commands.download(download, result)
+    download.want(result, answer)
     commands.submit()
-    return download.take(np.zeros(count, np.uint32))
+    download.take()
+    return answer
 
 
 def test_every_field_of_every_struct_is_where_numpy_wrote_it():
@@ -110,7 +111,7 @@ def test_kernel_files_are_read_by_stem_and_built_once(monkeypatch, tmp_path):
     result, source, download = Buffer(device, "result", 4), Buffer(device, "source", 4), Download(device)
     for work, width in ((made[0], 8), (made[1], 64)):
         source.upload(np.array([1000], np.uint32))
-        commands = Commands(device)
+        commands = Commands(device, download)
         commands.dispatch("two", work, [bindings.group([source, result])], (1, 1, 1))
         commands.submit()
         assert download.read(result, np.zeros(1, np.uint32))[0] == 1000 + layout.VIEW.words + width

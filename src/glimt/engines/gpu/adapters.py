@@ -70,11 +70,19 @@ class _Log(logging.Filter):
     @contextlib.contextmanager
     def silent(self) -> Iterator[None]:
         """Drop what this thread's calls log."""
-        self._calls.depth += 1
+        self.begin_silence()
         try:
             yield
         finally:
-            self._calls.depth -= 1
+            self.end_silence()
+
+    def begin_silence(self) -> None:
+        """Drop what this thread's calls log from now on."""
+        self._calls.depth += 1
+
+    def end_silence(self) -> None:
+        """Undo one `begin_silence`."""
+        self._calls.depth -= 1
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Return whether a message is to be written."""

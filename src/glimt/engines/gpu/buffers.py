@@ -83,44 +83,71 @@ class Buffer:
 
 
 class Download:
-    """Brings words back from the GPU, through memory that is kept."""
+    """Brings words back from the GPU: of several buffers at once, through memory that is kept."""
 
     def __init__(self, device: Device) -> None:
         self._device = device
         self._staging: Any = None
-        self._nbytes = 0
+        self._wanted: list[tuple[Buffer, int, NDArray[Any]]] = []
 
-    def record(self, encoder: Any, source: Buffer, nbytes: int | None = None, offset: int = 0) -> None:
-        """Have `nbytes` of a buffer, by default what is in use, copied after what was recorded before."""
-        self._nbytes = source.nbytes - offset if nbytes is None else nbytes
-        if self._staging is None or self._staging.size < self._nbytes:
+    def begin(self) -> None:
+        """Forget what was wanted of a submission that failed."""
+        self._wanted.clear()
+
+    def want(self, source: Buffer, out: NDArray[Any], offset: int = 0) -> None:
+        """Have an array filled by the next `take`, from byte `offset` of a buffer on."""
+        if offset + out.nbytes > source.nbytes:
+            raise ValueError(f"an array of {out.nbytes} bytes is more than the {source.nbytes - offset} of the buffer")
+        self._wanted.append((source, offset, out))
+
+    def record(self, encoder: Any) -> None:
+        """Have what is wanted copied after what was recorded before."""
+        nbytes = sum(out.nbytes for _, _, out in self._wanted)
+        if nbytes and (self._staging is None or self._staging.size < nbytes):
             usage = import_wgpu().BufferUsage
             if self._staging is not None:
                 self._staging.destroy()
             with self._device.doing("making room for what comes back"):
                 self._staging = self._device.gpu.create_buffer(
-                    label="download", size=self._nbytes, usage=usage.MAP_READ | usage.COPY_DST)
-        encoder.copy_buffer_to_buffer(source.handle, offset, self._staging, 0, self._nbytes)
+                    label="download", size=nbytes, usage=usage.MAP_READ | usage.COPY_DST)
+        first = 0
+        for source, offset, out in self._wanted:
+            if out.nbytes:
+                encoder.copy_buffer_to_buffer(source.handle, offset, self._staging, first, out.nbytes)
+                first += out.nbytes
 
-    def take(self, out: NDArray[Any]) -> NDArray[Any]:
-        """Wait for what was recorded and submitted, and write it into an array of that size; return it."""
-        if out.nbytes != self._nbytes:
-            raise ValueError(f"an array of {out.nbytes} bytes cannot take the {self._nbytes} of a download")
+    def take(self) -> None:
+        """Wait for what was recorded and submitted, and fill the arrays with it."""
+        wanted, self._wanted = self._wanted, []
+        nbytes = sum(out.nbytes for _, _, out in wanted)
+        if not nbytes:
+            return
         with self._device.doing("waiting for results"):
-            self._device.wait(self._staging.map_async(import_wgpu().MapMode.READ, 0, self._nbytes))
+            try:  # without the empty submission that wgpu makes first: ours is younger than the last write
+                self._device.wait(self._staging.map_async("READ_NOSYNC", 0, nbytes))
+            except BaseException:  # Ctrl-C: what is about to be mapped is of no use any more
+                self._staging.destroy()
+                self._staging = None
+                raise
             try:
-                out[...] = np.frombuffer(self._staging.read_mapped(copy=False), out.dtype).reshape(out.shape)
+                words, first = np.frombuffer(self._staging.read_mapped(copy=False), np.uint8), 0
+                for _, _, out in wanted:
+                    end = first + out.nbytes
+                    out[...], first = words[first:end].view(out.dtype).reshape(out.shape), end
+                del words  # before its memory goes
             finally:
                 self._staging.unmap()
-        return out
 
     def read(self, source: Buffer, out: NDArray[Any]) -> NDArray[Any]:
         """Return what is in a buffer now, as `out`."""
+        self.begin()
+        self.want(source, out)
         with self._device.doing("reading results"):
             encoder = self._device.gpu.create_command_encoder()
-            self.record(encoder, source, out.nbytes)
+            self.record(encoder)
             self._device.gpu.queue.submit([encoder.finish()])
-        return self.take(out)
+        self.take()
+        return out
 
 
 class Bindings:

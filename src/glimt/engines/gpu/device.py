@@ -1,9 +1,7 @@
 """A GPU opened for compute, and what its errors mean."""
 
-import contextlib
 import math
 import os
-from collections.abc import Iterator
 from typing import Any
 
 from glimt.engines.gpu.adapters import (
@@ -22,6 +20,8 @@ __all__ = ["AdapterInfo", "Device", "list_adapters", "open_device"]
 
 MOST_BINDING_BYTES = (2 << 30) - 4
 """Of one storage buffer: what 32-bit offsets of words reach by far, and what drivers are good for."""
+_TIMING = ("timestamp-query", "timestamp-query-inside-passes")
+"""Features that are asked for where they are; the second one is wgpu's own."""
 _LOOK_SECONDS = 0.5
 _PATIENCE_SECONDS = 60.0
 
@@ -37,6 +37,8 @@ class Device:
         By WebGPU's names, such as "max-storage-buffer-binding-size".
     has_timestamps : bool
         Whether passes can be timed.
+    has_inner_timestamps : bool
+        Whether parts of a pass can be timed.
     tick_seconds : float
         Of timestamps.
     kept : dict
@@ -48,28 +50,28 @@ class Device:
     def __init__(self, adapter: AdapterInfo, gpu: Any) -> None:
         self.adapter, self.gpu = adapter, gpu
         self.limits: dict[str, int] = dict(gpu.limits)
-        self.has_timestamps = "timestamp-query" in gpu.features
+        self.has_timestamps, self.has_inner_timestamps = (name in gpu.features for name in _TIMING)
         self.tick_seconds = 1e-9 * _timestamp_period(gpu)
         self.kept: dict[Any, Any] = {}
         self.patience = math.inf if adapter.kind == "software" else _PATIENCE_SECONDS
 
-    @contextlib.contextmanager
-    def doing(self, what: str) -> Iterator[None]:
-        """Turn errors of wgpu into ours; `what` completes "the GPU failed while …"."""
+    def doing(self, what: str) -> "_Doing":
+        """Return a context that turns errors of wgpu into ours; `what` completes "the GPU failed while …"."""
+        return _Doing(self, what)
+
+    def explain(self, error: BaseException, what: str) -> EngineError | None:
+        """Return our error for one of wgpu, or None for others."""
         wgpu = import_wgpu()
-        try:
-            with wgpu_log.silent():
-                yield
-        except wgpu.GPUOutOfMemoryError as error:
-            raise EngineError(f"the GPU has not enough memory while {what} ({self.adapter.summary})",
-                              "choose a smaller picture or scene, or the CPU engine") from error
-        except (wgpu.GPUError, RuntimeError) as error:
-            if self._is_lost():
-                raise EngineError(f"the GPU was lost while {what} ({self.adapter.summary}): its driver was reset or it "
-                                  f"was taken away. {wgpu_log.reason}", "start again, or choose the CPU engine"
-                                  ) from error
-            raise EngineError(f"the GPU failed while {what} ({self.adapter.summary}): {_gist(str(error))}",
-                              "the CPU engine can do without") from error
+        if isinstance(error, wgpu.GPUOutOfMemoryError):
+            return EngineError(f"the GPU has not enough memory while {what} ({self.adapter.summary})",
+                               "choose a smaller picture or scene, or the CPU engine")
+        if not isinstance(error, wgpu.GPUError | RuntimeError):
+            return None
+        if self._is_lost():
+            return EngineError(f"the GPU was lost while {what} ({self.adapter.summary}): its driver was reset or it "
+                               f"was taken away. {wgpu_log.reason}", "start again, or choose the CPU engine")
+        return EngineError(f"the GPU failed while {what} ({self.adapter.summary}): {_gist(str(error))}",
+                           "the CPU engine can do without")
 
     def wait(self, promise: Any) -> None:
         """Wait for what wgpu promises; awake for Ctrl-C.
@@ -105,6 +107,24 @@ class Device:
         return False
 
 
+class _Doing:
+    """A context of `Device.doing`: a class, since a frame has dozens."""
+
+    __slots__ = ("_device", "_what")
+
+    def __init__(self, device: Device, what: str) -> None:
+        self._device, self._what = device, what
+
+    def __enter__(self) -> None:
+        wgpu_log.begin_silence()
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, traceback: Any) -> None:
+        wgpu_log.end_silence()
+        ours = self._device.explain(error, self._what) if error is not None else None
+        if ours is not None:
+            raise ours from error
+
+
 def open_device(*, software: bool = False, group: tuple[int, int] = (16, 16)) -> Device:
     """Open the best adapter.
 
@@ -134,7 +154,7 @@ def open_device(*, software: bool = False, group: tuple[int, int] = (16, 16)) ->
         raise GlimtError(f"{info.summary} cannot run workgroups of {group[0]}×{group[1]}: {missing}")
     for name in ("max-storage-buffer-binding-size", "max-buffer-size"):
         needed[name] = min(limits[name], MOST_BINDING_BYTES)
-    features = ["timestamp-query"] if "timestamp-query" in info.handle.features else []
+    features = [name for name in _TIMING if name in info.handle.features]
     try:
         with silent_drivers():
             gpu = info.handle.request_device_sync(label="glimt", required_features=features, required_limits=needed)

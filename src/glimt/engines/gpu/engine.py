@@ -58,9 +58,8 @@ class GpuEngine:
         own = {name: Buffer(self._device, name) for name in ("frame", "paths", "film", "counters")}
         own["dispatch"] = Buffer(self._device, "dispatch", 16, extra_usage=import_wgpu().BufferUsage.INDIRECT)
         self._buffers = {**own, **self._scene.buffers}
-        self._timer = Timer(self._device)
+        self._timer, self._download = Timer(self._device), Download(self._device)
         self._clock, self._pace = time.perf_counter, Pace()
-        self._sums, self._counts = Download(self._device), Download(self._device)
         self._stages: Stages | None = None
         self._light_count = 0
         self._too_slow = False  # of the last submission
@@ -214,7 +213,7 @@ class GpuEngine:
         counters[COUNTER.paths] = count
         self._buffers["counters"].upload(counters)
         self._run(["intersect"], 0, count, None, counters)
-        self._sums.read(self._buffers["paths"], paths)
+        self._download.read(self._buffers["paths"], paths)
 
     def _run_samples(self, area: Area, samples: int, max_bounces: int, sums: NDArray[np.float32],
                      stop_if_cancelled: Callable[[], None]) -> tuple[NDArray[np.int64], dict[str, float]] | None:
@@ -250,22 +249,20 @@ class GpuEngine:
              counters: NDArray[np.uint32] | None = None) -> None:
         """Submit dispatches, each after the one before, and bring back what is asked for."""
         assert self._stages is not None
-        commands, depth = Commands(self._device, self._timer), 0
+        commands, depth = Commands(self._device, self._download, self._timer), 0
+        self._stages.bind(self._buffers)
         for stage in stages:
             depth += stage == "prepare"  # the mirror rays of the next depth are there
             whole = depth == 0 or stage == "resolve"
             self._stages.record(commands, stage, self._buffers, record + (0 if stage == "resolve" else depth),
                                 capacity if whole else 1 if stage == "prepare" else None)
         if counters is not None:
-            commands.download(self._counts, self._buffers["counters"], counters.nbytes)
+            self._download.want(self._buffers["counters"], counters)
         if sums is not None:
-            commands.download(self._sums, self._buffers["film"], sums.nbytes)
+            self._download.want(self._buffers["film"], sums)
         start = self._clock()
         commands.submit()
-        if counters is not None:
-            self._counts.take(counters)
-        if sums is not None:
-            self._sums.take(sums)
+        self._download.take()
         seconds = self._clock() - start
         self._pace.learn(capacity, seconds)
         self._too_slow = seconds > LONGEST_SECONDS

@@ -52,17 +52,29 @@ class Stages:
         self._bindings = {stage: Bindings(device, [(_BUFFERS.index(name), _kind(name)) for name in _USES[stage]])
                           for stage in STAGES}
         self._device, self._constants, self._text = device, constants, text
+        self._steps: dict[str, tuple[Any, list[Any]]] = {}
+        self._handles: list[Any] = []
 
     def record(self, commands: Commands, stage: str, buffers: dict[str, Buffer], frame: int,
                invocations: int | None) -> None:
-        """Record one dispatch: of so many invocations, or of as many as the dispatch buffer says."""
-        found = pipeline(self._device, STEMS, stage, [self._bindings[stage].layout], self._constants, self._text)
-        group = self._bindings[stage].group([buffers[name] for name in _USES[stage]])
+        """Record one dispatch, after `bind`: of so many invocations, or of as many as the dispatch buffer says."""
+        if stage not in self._steps:
+            layout = self._bindings[stage].layout
+            self._steps[stage] = (pipeline(self._device, STEMS, stage, [layout], self._constants, self._text),
+                                  [self._bindings[stage].group([buffers[name] for name in _USES[stage]])])
+        found, groups = self._steps[stage]
         size: tuple[int, int, int] | Buffer = buffers["dispatch"]
         if invocations is not None:
-            groups = -(-invocations // self.group.size)
-            size = min(groups, MOST_GROUPS), -(-groups // MOST_GROUPS), 1
-        commands.dispatch("bounce" if stage == "prepare" else stage, found, [group], size, frame=frame)
+            count = -(-invocations // self.group.size)
+            size = min(count, MOST_GROUPS), -(-count // MOST_GROUPS), 1
+        commands.dispatch("bounce" if stage == "prepare" else stage, found, groups, size, frame=frame)
+
+    def bind(self, buffers: dict[str, Buffer]) -> None:
+        """See which buffers are used from now on: some may have had to grow."""
+        handles = [buffer.handle for buffer in buffers.values()]
+        if handles != self._handles:
+            self._handles = handles
+            self._steps.clear()
 
 
 def _kind(name: str) -> Kind:
