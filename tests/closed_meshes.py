@@ -5,6 +5,12 @@ import numpy as np
 from glimt import linalg
 from glimt.scene.mesh import Mesh
 
+FAR_AWAY = linalg.compose(linalg.translation((-1000, 300, 700)), linalg.rotation((1, 2, 3), 40),
+                          linalg.scaling((-0.3, 2, 5)), linalg.rotation((3, -1, 1), 70))
+"""Turned, stretched, mirrored, turned again, and a thousand units from the origin."""
+
+MATRICES = {"modelled there": linalg.identity(), "far away": FAR_AWAY}
+
 
 def icosphere(levels, roughness=0.0, seed=0):
     """Return a closed mesh of 20 * 4**levels triangles around the origin, radius 1 give or take `roughness`."""
@@ -44,3 +50,16 @@ def edges(mesh):
     """Return the (n, 2) vertex pairs of a closed mesh, each edge once."""
     pairs = np.stack([mesh.triangles, np.roll(mesh.triangles, -1, 1)], 2).reshape(-1, 2)
     return np.unique(np.sort(pairs, 1), axis=0)
+
+
+UNEVEN = {"sphere": lambda: icosphere(4, roughness=0.04), "torus": lambda: torus(64, 32, jitter=0.01)}
+"""Thousands of triangles without any symmetry left."""
+
+
+def inner_points(mesh, random, count):
+    """Return (count, 3) points well inside: near the middle of the sphere, in the tube of the torus."""
+    if abs(mesh.positions).max() < 1.1:
+        return random.uniform(-0.4, 0.4, (count, 3))
+    angle = random.uniform(0, 2 * np.pi, count)
+    circle = np.stack([np.cos(angle), np.zeros(count), np.sin(angle)], 1)
+    return circle + random.uniform(-0.15, 0.15, (count, 3))

@@ -5,6 +5,7 @@ import pytest
 
 import closed_meshes
 import tracing
+from closed_meshes import MATRICES, inner_points
 from glimt import linalg
 from glimt.packed import pack
 from glimt.scene.instance import Instance
@@ -12,27 +13,11 @@ from glimt.scene.scene import Scene
 
 BATCH = 500_000
 
-FAR_AWAY = linalg.compose(linalg.translation((-1000, 300, 700)), linalg.rotation((1, 2, 3), 40),
-                          linalg.scaling((-0.3, 2, 5)), linalg.rotation((3, -1, 1), 70))
-"""Turned, stretched, mirrored, turned again, and a thousand units from the origin."""
 
-MATRICES = {"modelled there": linalg.identity(), "far away": FAR_AWAY}
-
-
-@pytest.fixture(scope="module", params=["sphere", "torus"])
+@pytest.fixture(scope="module", params=closed_meshes.UNEVEN)
 def mesh(request):
     """Thousands of triangles without any symmetry left."""
-    return (closed_meshes.icosphere(4, roughness=0.04) if request.param == "sphere" else
-            closed_meshes.torus(64, 32, jitter=0.01))
-
-
-def inner_points(mesh, random, count):
-    """Return (count, 3) points well inside: near the middle of the sphere, in the tube of the torus."""
-    if abs(mesh.positions).max() < 1.1:
-        return random.uniform(-0.4, 0.4, (count, 3))
-    angle = random.uniform(0, 2 * np.pi, count)
-    circle = np.stack([np.cos(angle), np.zeros(count), np.sin(angle)], 1)
-    return circle + random.uniform(-0.15, 0.15, (count, 3))
+    return closed_meshes.UNEVEN[request.param]()
 
 
 def escaped(packed, origins, directions):

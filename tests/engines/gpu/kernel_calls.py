@@ -42,7 +42,7 @@ def both_answers(scene, lanes_body, wgsl_body, given, planes):
     """Return what the two say, (planes, n) float32 each, CPU first; `given` is (k, n), n a multiple of 64."""
     given = np.ascontiguousarray(given, np.float32)
     assert given.shape[1] % GROUP == 0
-    return _on_lanes(scene, lanes_body, given, planes), _on_invocations(scene, wgsl_body, given, planes)
+    return _on_lanes(scene, lanes_body, given, planes), on_invocations(scene, wgsl_body, given, planes)
 
 
 def _on_lanes(scene, body, given, planes):
@@ -62,7 +62,7 @@ def _on_lanes(scene, body, given, planes):
     return answers
 
 
-def _on_invocations(scene, body, given, planes):
+def on_invocations(scene, body, given, planes):
     """Run a WGSL body with `value`, `vector`, `put` and `put_vector` for the planes of one invocation."""
     engine, renderer, count = shared_engine(), on_gpu(scene), given.shape[1]
     renderer._upload(0.0)

@@ -7,11 +7,12 @@ fn corner(at: u32, ray: Ray) -> vec3<f32> {
     return vec3(fma(-ray.shear.x, p.z, p.x), fma(-ray.shear.y, p.z, p.y), p.z);
 }
 
-// Return p.x q.y - p.y q.x.
+// Return twice p.x q.y - p.y q.x; for q and p the very opposite, so that no ray passes between triangles.
+//
+// WGSL lets drivers fuse one product into the difference: then neither order of p and q need be positive. Here both
+// orders are taken, and what is fused already cannot be fused otherwise.
 fn edge(p: vec3<f32>, q: vec3<f32>) -> f32 {
-    let above = p.x * q.y;
-    let below = p.y * q.x;
-    return above - below;
+    return fma(p.x, q.y, -(p.y * q.x)) - fma(p.y, q.x, -(p.x * q.y));
 }
 
 struct Edges { wa: f32, wb: f32, wc: f32, inside: bool }
