@@ -255,8 +255,8 @@ class Viewer:
         return self.presenter.compose(self)
 
     def _tell_of_failure(self, failure: str) -> None:
-        """Have it said after the picture at work that the CPU took over."""
-        self.jobs.append(lambda: self.say(f"{failure}; the CPU goes on", _FAILURE_SECONDS))
+        """Have it said after the picture at work that the CPU took over, whose frames take another time."""
+        self.jobs += [self.governor.forget, lambda: self.say(f"{failure}; the CPU goes on", _FAILURE_SECONDS)]
 
     def _tell_of_compiling(self) -> bool:
         """Return whether a picture that says so goes first: the next one waits for its kernel, for a second or two."""

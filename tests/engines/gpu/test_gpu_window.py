@@ -11,6 +11,9 @@ import glimt
 from glimt.engines.gpu.adapters import choose_adapter, list_adapters
 
 SIZE = 320, 240
+LOSE = ("__import__('wgpu.backends.wgpu_native', fromlist=['lib']).lib.wgpuDeviceDestroy("
+        "viewer.renderer._engine._engine._device.gpu._internal)")
+"""What a reset of the driver does to a device."""
 FREE = 230
 """The first column that numbers leave free."""
 PANEL = np.s_[10:200, 10:180]
@@ -48,3 +51,19 @@ def test_the_stone_room_appears_with_the_overlay(app):
     assert set(stages) == STAGES
     assert min(stages.values()) > 0
     assert sum(stages.values()) < seconds
+
+
+def test_a_window_outlives_its_gpu(app):
+    app, path = app
+    app.ask("app.reset()")
+    app.wait_for(lambda state: state["at_rest"], 60)
+    assert app.ask(LOSE) is None
+    app.press("d")
+    app.wait_for(lambda state: app.ask("viewer.renderer.engine_name").startswith("CPU"), 60)
+    assert app.ask("viewer.message").startswith("the GPU was lost while")
+    app.reset()
+    expected = glimt.render(glimt.load(path), size=SIZE, samples=4, max_bounces=1)
+    picture = np.array(app.ask("viewer.presenter.picture()[..., :3].tolist()"), np.uint8)
+    np.testing.assert_array_equal(picture, expected)
+    app.display.wait_for_pixels(picture[:, FREE:], x=FREE)
+    assert app.process.poll() is None
