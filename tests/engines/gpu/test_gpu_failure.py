@@ -14,6 +14,7 @@ from glimt.engines import engine as engines
 from glimt.engines.cpu.engine import CpuEngine
 from glimt.engines.gpu import engine as gpu_engine
 from glimt.engines.gpu.adapters import import_wgpu
+from glimt.engines.gpu.buffers import Buffer
 from glimt.engines.gpu.commands import Commands
 from glimt.errors import EngineError, GlimtError, GlimtWarning
 from glimt.renderer import Renderer
@@ -123,6 +124,29 @@ def test_gpu_is_the_gpu_or_an_error(monkeypatch, failure):
     with pytest.raises(EngineError, match=f"{what}.*CPU engine"):
         renderer.render()
     assert "llvmpipe" in renderer.engine_name
+
+
+def test_memory_that_is_there_again_is_used(monkeypatch):
+    """Also that of what was not uploaded when there was none: textures come after trees."""
+    scene = _scene()
+    scene.objects = scene.objects[:1]
+    renderer = Renderer(scene, engine="gpu")
+    renderer.render()
+    upload = Buffer.upload
+
+    def fail(buffer, array):
+        if buffer is renderer._engine._buffers["records"]:
+            raise EngineError("no memory", "wait")
+        upload(buffer, array)
+
+    scene.objects = _scene().objects
+    renderer.update()
+    with monkeypatch.context() as full:
+        full.setattr(Buffer, "upload", fail)
+        for _ in range(2):
+            with pytest.raises(EngineError, match="no memory"):
+                renderer.render()
+    assert renderer.render().sums.tobytes() == Renderer(scene, engine="gpu").render().sums.tobytes()
 
 
 def test_a_gpu_that_cannot_be_opened(auto, monkeypatch):

@@ -47,7 +47,12 @@ class SceneBuffers:
         -------
         Whether rays may take much longer now than before: meshes are others, or placed more often.
         """
-        before, self._scene = self._scene, scene
+        before, self._scene = self._scene, None  # of what fails halfway, nothing counts as taken over
+        dearer = self._take_over(scene, before, light_count)
+        self._scene = scene
+        return dearer
+
+    def _take_over(self, scene: PackedScene, before: PackedScene | None, light_count: int) -> bool:
         if before is not None and _same_but_lights(before, scene) and light_count <= self._light_room:
             self.write("lights", scene.lights)
             return False
