@@ -101,7 +101,8 @@ what radiance is multiplied by, and 1 for the filmic tone curve."""
 FRAME = _struct("Frame", width="f", height="f", first_column="i", first_row="i", columns="i", rows="i", capacity="i",
                 shift_x="f", shift_y="f", spread="f", sample="i", depth="i", max_bounces="i", half="i", light_count="i",
                 scene_root="i", scene_leaves="i", instances="i", materials="i", textures="i", levels="i", lights="i",
-                triangles="i", vertices="i", tangents="i", tints="i", shows="i", view="21f", unused="16f")
+                triangles="i", vertices="i", tangents="i", tints="i", spans="i", span_count="i", shows="i", view="21f",
+                unused="14f")
 """What one dispatch on a GPU is told: columns and rows of a picture of `width` by `height`, which sample and bounce,
 which half of the paths is read, and where each kind of record begins in its buffer, in words. 256 bytes, as dynamic
 offsets want it."""

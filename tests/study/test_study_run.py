@@ -172,10 +172,3 @@ def test_settings_beyond_a_limit_are_left_out_with_the_reason(order, monkeypatch
     figure = run(order._replace(figures=[3]))[0].figures[0]
     assert [point.label for point in figure.series[0].points] == ["100×100", "200×200"]
     assert figure.notes == [f"pixels, {side}×{side}: too large for this machine" for side in (400, 566, 800)]
-
-
-def test_brute_force_wants_the_cpu(order, monkeypatch):
-    from glimt.engines import Choice
-    monkeypatch.setattr(study_run, "choose_engine", lambda name: Choice("gpu", "a GPU"))
-    with pytest.raises(GlimtError, match="measured with the CPU engine; give --engine cpu"):
-        run(order._replace(brute_force=True))

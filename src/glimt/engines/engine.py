@@ -136,8 +136,6 @@ def get_engine(name: str = "auto", threads: int | None = None, options: EngineOp
         return CpuEngine(threads, options)
     from glimt.engines.gpu.engine import GpuEngine
 
-    if options.brute_force:
-        raise GlimtError("the GPU engine has no brute force; take engine 'cpu'")
     if name == "gpu" and on_failure is None:
         return GpuEngine(threads, group=options.group)
     tell = on_failure or warn

@@ -15,7 +15,7 @@ class EngineOptions(NamedTuple):
     group : (width, height)
         GPU: the shape of a workgroup.
     brute_force : bool
-        CPU: every ray tests every triangle and sphere, as if there were no trees. The time of a frame then grows with
+        Every ray tests every triangle and sphere, as if there were no trees. The time of a frame then grows with
         what there is, and not with what is seen.
     time_stages : bool
         CPU: measure `Film.stages`; a GPU that has timestamps always does.

@@ -67,8 +67,6 @@ def run(order: Order, tell: Tell = lambda text, share, left: None,
     """
     scene, facts = load_scene(order.scene)
     choice = choose_engine(order.engine)
-    if order.brute_force and choice.engine == "gpu":
-        raise GlimtError("brute force is measured with the CPU engine; give --engine cpu")
     get_engine(choice.engine, order.threads).prepare(preparing)
     adapter = choice.reason if choice.engine == "gpu" else None
     base = base_of(scene)

@@ -24,10 +24,10 @@ def shared_engine():
         return GpuEngine()
 
 
-def on_gpu(scene, engine=None):
+def on_gpu(scene, engine=None, **options):
     """Return a Renderer with an engine that is there already."""
     with mock.patch.object(glimt.renderer, "get_engine", return_value=engine or shared_engine()):
-        return Renderer(scene, engine="gpu")
+        return Renderer(scene, engine="gpu", **options)
 
 
 def on_cpu(scene):

@@ -44,6 +44,9 @@ OWN_PARAMETERS = {
     "push_children": {"nodes", "limit", "in_mesh", "t_max", "bottom", *OF_ONE_RAY},
     "walk_mesh": {"bottom", *OF_ONE_RAY},
     "walk_scene": OF_ONE_RAY,
+    "in_space_of": OF_ONE_RAY,
+    "test_everything": OF_ONE_RAY,
+    "triangles_in": {"block"},
     "create_rays": {"x", "y"},  # which block, as dispatches know by themselves
     "intersect": {"from_camera"},
     "resolve": {"film", "totals", "samples", "left", "top"},

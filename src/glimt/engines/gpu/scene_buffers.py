@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from glimt.engines.gpu.buffers import Buffer
 from glimt.engines.gpu.device import Device
-from glimt.layout import COMPRESSED_NODE, INSTANCE, LIGHT, dtype
+from glimt.layout import COMPRESSED_NODE, INSTANCE, LIGHT, SPAN, dtype
 from glimt.packed import PackedScene
 from glimt.packed.compressed_nodes import CompressedTrees, compress
 
@@ -26,7 +26,7 @@ class SceneBuffers:
     buffers : dict
         By the names that kernels have for them.
     starts : dict
-        First word of each kind of record in its buffer, by the names of FRAME's fields.
+        First word of each kind of record in its buffer, and how many spans there are, by the names of FRAME's fields.
     stack_depth : int
         Nodes that a walk down both trees may have to come back to, in one of them.
     """
@@ -76,8 +76,10 @@ class SceneBuffers:
         upper = trees.tlas_nodes.reshape(-1, COMPRESSED_NODE.words).copy()
         upper[:, COMPRESSED_NODE.child_base] += np.uint32(mesh_nodes)
         self.buffers["nodes"].upload(np.concatenate([trees.blas_nodes, upper.ravel()]))
-        self.buffers["blocks"].upload(np.concatenate([trees.blas_blocks, trees.tlas_instances.view(np.uint32)]))
-        self.starts["scene_root"], self.starts["scene_leaves"] = mesh_nodes, trees.blas_blocks.size
+        # Without trees, leaves are tested in the order that spans count them in.
+        blocks = scene.blas_blocks.view(np.uint32) if scene.spans.size else trees.blas_blocks
+        self.buffers["blocks"].upload(np.concatenate([blocks, trees.tlas_instances.view(np.uint32)]))
+        self.starts["scene_root"], self.starts["scene_leaves"] = mesh_nodes, blocks.size
         self.stack_depth = max(trees.blas_depth, trees.tlas_depth)
 
     def _upload_records(self, scene: PackedScene, light_count: int) -> None:
@@ -89,7 +91,8 @@ class SceneBuffers:
         lights[:scene.lights.size] = scene.lights
         self.starts |= _join(self.buffers["records"], instances=instances.view(np.float32), materials=scene.materials,
                              textures=scene.textures, levels=scene.levels, lights=lights,
-                             tints=np.zeros(3 * self._light_room, np.float32))
+                             tints=np.zeros(3 * self._light_room, np.float32), spans=scene.spans)
+        self.starts["span_count"] = scene.spans.size // SPAN.words
 
     def write(self, name: str, values: NDArray[np.float32]) -> None:
         """Write records of a kind that there is room for: "lights", or their "tints"."""

@@ -127,26 +127,59 @@ fn walk_mesh(root: u32, inst: u32, ray: Ray, hit: ptr<function, Hit>, occlusion:
     return blocked;
 }
 
-// Test one instance: a sphere, or a mesh in its own space. Directions keep their length there, so t stays the same.
+// Return a ray in the space of an instance's mesh. Directions keep their length there, so t stays the same.
+fn in_space_of(record: u32, ray: Ray) -> Ray {
+    if records[record + INSTANCE_identity] != 0u { return ray; }
+    let at = record + INSTANCE_world_to_object;
+    let x = record_vector(at);
+    let y = record_vector(at + 4u);
+    let z = record_vector(at + 8u);
+    let shift = vec3(record_float(at + 3u), record_float(at + 7u), record_float(at + 11u));
+    let origin = vec3(dot(x, ray.origin), dot(y, ray.origin), dot(z, ray.origin)) + shift;
+    return set_up(origin, vec3(dot(x, ray.direction), dot(y, ray.direction), dot(z, ray.direction)));
+}
+
+// Test one instance: a sphere, or a mesh in its own space.
 fn enter_instance(inst: u32, ray: Ray, hit: ptr<function, Hit>, occlusion: bool,
                   counts: ptr<function, Counts>) -> bool {
     (*counts).instances++;
     let record = frame_int(FRAME_instances) + inst * INSTANCE_words;
     if records[record + INSTANCE_kind] == SPHERE_KIND { return sphere_hit(inst, record, ray, hit, occlusion); }
-    var own = ray;
-    if records[record + INSTANCE_identity] == 0u {
-        let at = record + INSTANCE_world_to_object;
-        let x = record_vector(at);
-        let y = record_vector(at + 4u);
-        let z = record_vector(at + 8u);
-        let shift = vec3(record_float(at + 3u), record_float(at + 7u), record_float(at + 11u));
-        let origin = vec3(dot(x, ray.origin), dot(y, ray.origin), dot(z, ray.origin)) + shift;
-        own = set_up(origin, vec3(dot(x, ray.direction), dot(y, ray.direction), dot(z, ray.direction)));
+    return walk_mesh(records[record + INSTANCE_root], inst, in_space_of(record, ray), hit, occlusion, counts);
+}
+
+// Return how many triangles a leaf block holds: unused places, the last ones, have no primitive.
+fn triangles_in(block: u32) -> u32 {
+    let prims = block * TRIANGLE_BLOCK_words + TRIANGLE_BLOCK_prim;
+    var count = 0u;
+    for (var j = 0u; j < 4u; j++) { count += select(0u, 1u, bitcast<i32>(blocks[prims + j]) >= 0); }
+    return count;
+}
+
+// Test every sphere and every triangle, one after the other, as if there were no trees.
+fn test_everything(ray: Ray, hit: ptr<function, Hit>, occlusion: bool, counts: ptr<function, Counts>) -> bool {
+    var blocked = false;
+    for (var inst = 0u; inst < frame_int(FRAME_span_count) && !blocked; inst++) {
+        (*counts).instances++;
+        let record = frame_int(FRAME_instances) + inst * INSTANCE_words;
+        if records[record + INSTANCE_kind] == SPHERE_KIND {
+            blocked = sphere_hit(inst, record, ray, hit, occlusion);
+            continue;
+        }
+        let own = in_space_of(record, ray);
+        let span = frame_int(FRAME_spans) + inst * SPAN_words;
+        let first = records[span + SPAN_first_block];
+        let end = first + records[span + SPAN_blocks];
+        for (var block = first; block < end && !blocked; block++) {
+            (*counts).blocks++;
+            blocked = triangle_leaf(inst, block * LEAF_STEP + triangles_in(block), own, hit, occlusion);
+        }
     }
-    return walk_mesh(records[record + INSTANCE_root], inst, own, hit, occlusion, counts);
+    return blocked;
 }
 
 fn walk_scene(ray: Ray, hit: ptr<function, Hit>, occlusion: bool, counts: ptr<function, Counts>) -> bool {
+    if frame_int(FRAME_span_count) > 0u { return test_everything(ray, hit, occlusion, counts); }
     stack_top = 0u;
     var next = frame_int(FRAME_scene_root);
     var blocked = false;
