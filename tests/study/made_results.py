@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from glimt.engines import EngineOptions
 from glimt.film import Counters
 from glimt.scene.scene import Scene
 from glimt.study.experiments import FIGURES, Setting
@@ -15,7 +16,8 @@ STAGES = ("create_rays", "intersect", "shade", "bounce", "resolve")
 def figure(number, curves, *, rays=None, stages=None, noise=0.002, rounds=8, complete=True, notes=()):
     """Return a figure of curves {name: {x: milliseconds}}; rays: {x: number of a frame's camera rays}."""
     random = np.random.default_rng(5)
-    settings = {name: [Setting(float(x), f"{x:,}", Scene()) for x in points] for name, points in curves.items()}
+    settings = {name: [Setting(float(x), f"{x:,}", Scene(), EngineOptions(brute_force="brute force" in name))
+                       for x in points] for name, points in curves.items()}
     ms = np.array([value for points in curves.values() for value in points.values()])
     times = 1e-3 * ms * np.exp(random.normal(0, noise, (rounds, len(ms))))
     counters = [Counters((rays or {}).get(x, 160_000)) for points in curves.values() for x in points]

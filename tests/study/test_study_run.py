@@ -74,7 +74,7 @@ def test_a_study_from_scene_to_file(order):
     assert [figure.number for figure in result.figures] == [3, 7]
     assert read(order.folder / FILE_NAME) == result
     assert result.scene.spheres == 1
-    assert result.base == "400×400 pixels, one sample each, no bounces, 1 point light, 0 vertices and 1 spheres"
+    assert result.base == "400×400 pixels, one sample each, no bounces, 1 point light, 0 vertices, 1 sphere"
     pixels = result.figures[0].series[0]
     assert [point.rays.primary for point in pixels.points] == [point.x for point in pixels.points]
     assert pixels.verdict
@@ -172,3 +172,8 @@ def test_settings_beyond_a_limit_are_left_out_with_the_reason(order, monkeypatch
     figure = run(order._replace(figures=[3]))[0].figures[0]
     assert [point.label for point in figure.series[0].points] == ["100×100", "200×200"]
     assert figure.notes == [f"pixels, {side}×{side}: too large for this machine" for side in (400, 566, 800)]
+
+
+def test_a_figure_of_the_other_engine_says_so():
+    figure = study_run._measure(7, study_run.Study(None, "gpu"), None, 1.0, lambda share: None)
+    assert figure.notes == ["the GPU engine has nothing to vary here"]

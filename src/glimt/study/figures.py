@@ -35,7 +35,7 @@ def _series(name: str, settings: list[Setting], measured: Measurement, which: ra
     points = [_point(setting, middle, [row[place] for row in measured.times], measured.counters[place],
                      measured.stages[place])
               for setting, place, middle in zip(settings, which, laws.medians(times), strict=True)]
-    series = Series(name=name, points=points)
+    series = Series(name=name, points=points, brute_force=all(each.options.brute_force for each in settings))
     if ordered and len(points) > 2:
         _add_laws(series, times)
     return series

@@ -95,10 +95,8 @@ def measure(runs: Sequence[Callable[[], float]], seconds: float, progress: Progr
             for done, place in enumerate(random.permutation(len(runs))):
                 slow = bool(rounds) and np.median(rounds[-1][place]) > _SLOW_SECONDS
                 blocks[place] = _block(runs[place], slow)
-                # What has passed of the time, or of the least rounds where these take longer.
                 least = (len(rounds) + (done + 1) / len(runs)) / LEAST_ROUNDS
-                progress(min(0.99, least, (clock() - start) / seconds) if least < 1
-                         else min(0.99, (clock() - start) / seconds))
+                progress(min(0.99, least, (clock() - start) / seconds))
             rounds.append(blocks)
     except KeyboardInterrupt:
         return rounds, False

@@ -71,6 +71,7 @@ class Series(_Model):
     """Settings along one variable, and the law of their times."""
 
     name: str
+    brute_force: bool = Field(default=False, description="whether every ray tested everything, without trees")
     points: list[Point]
     laws: list[Law] = Field(default_factory=list, description="all that were tried; none for settings without an order")
     law: str = Field(default="", description="the one that tells the times best")

@@ -82,7 +82,7 @@ def run(order: Order, tell: Tell = lambda text, share, left: None,
 def _measure_all(order: Order, study: Study, result: StudyResult, path: Path, tell: Tell) -> bool:
     """Add the figures that are missing; return False when Ctrl-C came."""
     done = {figure.number for figure in result.figures if figure.complete}
-    wanted = [number for number in order.figures if number not in done and study.engine in FIGURES[number].engines]
+    wanted = [number for number in order.figures if number not in done]
     for place, number in enumerate(wanted):
         def progress(part: float, place: int = place, number: int = number) -> None:
             whole = (place + part) / len(wanted)
@@ -107,6 +107,8 @@ def _measure(number: int, study: Study, threads: int | None, seconds: float,
     """Return one figure; what this scene or machine cannot have is told in its notes."""
     runs: list[Frames] = []
     notes, possible = [], Curves()
+    if study.engine not in FIGURES[number].engines:
+        return empty_figure(number, [f"the {study.engine.upper()} engine has nothing to vary here"])
     try:
         curves = FIGURES[number].settings(study)
     except GlimtError as error:
@@ -128,7 +130,7 @@ def _describe(base: Scene) -> str:
     lights = [type(light).__name__.removesuffix("Light").lower() for light in base.lights]
     said = ", ".join(f"{lights.count(kind)} {kind}" for kind in dict.fromkeys(lights)) or "no"
     return (f"{SIDE}×{SIDE} pixels, one sample each, no bounces, {said} light{'s' * (len(lights) != 1)}, "
-            f"{3 * base.placed_triangles():,} vertices and {len(base.spheres())} spheres")
+            f"{3 * base.placed_triangles():,} vertices, {len(base.spheres())} sphere{'s' * (len(base.spheres()) != 1)}")
 
 
 def _kept(path: Path, result: StudyResult, order: Order) -> list[Figure]:

@@ -11,8 +11,6 @@ _SPREAD = 0.03
 """Differences up to this share of a time say nothing."""
 _FLAT = 0.1
 """An exponent below this is no growth but a first step."""
-_TREES = "brute force"
-"""What the name of a series without trees says."""
 
 
 def tell(figure: Figure) -> None:
@@ -72,10 +70,9 @@ def _against_paper(figure: Figure, series: Series) -> str:
 
 
 def _against_vertices(series: Series) -> str:
-    forced = _TREES in series.name
-    if forced and series.law in ("linear", "step"):
+    if series.brute_force and series.law in ("linear", "step"):
         return ", as the paper found, which tests everything as well"
-    if forced:
+    if series.brute_force:
         return "; the paper's linear law does not hold here"
     if series.law == "step":
         return ", as the paper found when the outer box came into view"
