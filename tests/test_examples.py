@@ -3,6 +3,7 @@
 import importlib
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,12 @@ import pytest
 from PIL import Image
 
 from glimt import linalg, load, render
+from glimt.io.example import example_path
+from glimt.io.files_read import recorded
 from glimt.scene.light import DirectionalLight, PointLight, SpotLight
 
-EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+ROOT = Path(__file__).resolve().parents[1]
+EXAMPLES = ROOT / "examples"
 SCENES = ["stone_room", "instances", "mirrors"]
 TEXTURES = ["wall", "floor", "plaster", "granite"]
 
@@ -185,3 +189,16 @@ def test_bounces_show_the_mirrors_of_the_stone_room():
     without, with_mirrors = (render(scene, size=(64, 64), max_bounces=n, linear=True) for n in (0, 3))
     changed = np.abs(without - with_mirrors).max(-1) > 0.02
     assert 0.08 < changed.mean() < 0.5
+
+
+def test_the_package_holds_all_that_the_stone_room_reads():
+    """`glimt study` finds it where there is no checkout."""
+    shipped = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    places = shipped["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    assert all(target == f"glimt/{source}" for source, target in places.items())
+    with recorded() as files:
+        load(example_path("stone_room.toml"))
+    assert len(files) > 10
+    for file in files:
+        within = file.relative_to(ROOT)
+        assert any(within.is_relative_to(source) for source in places), within
