@@ -56,7 +56,7 @@ def test_mirrors_that_few_rays_meet():
 def test_lights_by_their_slope():
     text = said(5, {"point lights": {x: 4 + 1.25 * x for x in range(0, 17, 2)}},
                 rays={x: 10_000 * (1 + x) for x in range(0, 17, 2)})
-    assert text.startswith("Frame time grows with lights: linear, 1.25")
+    assert text.startswith("Frame time is a line in lights: 4.00 (3.99–4.01) ms, and 1.25 (1.25–")
     assert "ms for each light (R² 1.000), as the paper found." in text
 
 
@@ -98,3 +98,16 @@ def test_rays_that_do_not_explain_it():
     rays = {x: 160_000 + 30_000 * (k % 2) for k, x in enumerate(LADDER)}
     text = said(6, {"cut finer": {x: 7 * (x / 990) ** 0.3 for x in LADDER}}, rays=rays)
     assert "Counted rays alone do not explain it" in text
+
+
+def test_a_line_with_a_start_is_one_though_its_exponent_is_less():
+    """A frame of a few pixels still wakes up threads."""
+    text = said(3, {"pixels": {x: 1 + 2e-5 * x for x in PIXELS}}, rays={x: 3 * x for x in PIXELS})
+    assert text.startswith("Frame time is a line in pixels: 1.00 (1.00–1.00) ms, and 20.0")
+    assert "as the paper found" in text
+
+
+def test_mirrors_everywhere_that_cost_more_and_more():
+    text = said(4, {"every surface a mirror": {x: 4 + 10 * x + 0.4 * x * x for x in range(11)}})
+    assert text.startswith("Frame time is a line in bounces: ")
+    assert "as the paper found" in text

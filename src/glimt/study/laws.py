@@ -18,6 +18,8 @@ CONFIDENCE = 0.95
 LINEAR_R2 = 0.98
 """From here on a line is called a line."""
 LINEAR_EXPONENTS = (0.9, 1.1)
+_LOOSE_EXPONENTS = (0.75, 1.35)
+"""The same where a start is fitted besides, which leaves an exponent more room."""
 _RESAMPLES = 400
 _FLOOR = 0.03
 """Deviations below this share of a time prefer no law: caches and clocks are worth as much."""
@@ -161,8 +163,9 @@ def is_linear(laws: dict[str, Fit]) -> bool:
         return False
     if "power" not in laws:
         return True
-    exponent = laws["power"].numbers["exponent"]
-    return exponent.hi >= LINEAR_EXPONENTS[0] and exponent.lo <= LINEAR_EXPONENTS[1]
+    numbers = laws["power"].numbers
+    lo, hi = _LOOSE_EXPONENTS if "start" in numbers else LINEAR_EXPONENTS
+    return numbers["exponent"].hi >= lo and numbers["exponent"].lo <= hi
 
 
 def _constant(x: Floats, y: Floats) -> tuple[Values, Floats]:

@@ -2,13 +2,15 @@
 
 from collections.abc import Callable
 
-from glimt.study.laws import LINEAR_R2
+from glimt.study.laws import LINEAR_EXPONENTS, LINEAR_R2
 from glimt.study.results import Figure, Law, Number, Point, Series
 
 _VARIABLES = {"pixels": "pixels", "bounces": "bounces", "lights": "lights", "vertices": "vertices",
               "threads": "threads", "instances": "instances", "samples": "samples"}
 _SPREAD = 0.03
 """Differences up to this share of a time say nothing."""
+_DYING = 1.5
+"""With all bounces there are not so many times as many mirror rays as with one."""
 _FLAT = 0.1
 """An exponent below this is no growth but a first step."""
 
@@ -34,10 +36,7 @@ def _growth(law: Law, series: Series, variable: str) -> str:
     if law.law == "constant":
         return f"Frame time does not depend on {variable}: {_ms(numbers['time'])} throughout"
     if law.law == "linear":
-        slope, unit = numbers["slope"], _unit(series)
-        exact = f"as {variable}^{_exponent(power)}" if power and "start" not in power.numbers else f"with {variable}"
-        return (f"Frame time grows {exact}: linear, {_ms(_scaled(slope, unit))} for each "
-                f"{f'{unit:,} ' if unit > 1 else ''}{variable if unit > 1 else variable[:-1]} (R² {law.r2:.3f})")
+        return _line(law, power, _unit(series), variable)
     if law.law == "logarithmic":
         said = f", as a power law {variable}^{_exponent(power)}" if power else ""
         return (f"Frame time grows with the logarithm of {variable}: {_ms(numbers['per_tenfold'])} for ten times as "
@@ -54,6 +53,15 @@ def _growth(law: Law, series: Series, variable: str) -> str:
     return f"Frame time grows as {variable}^{_exponent(law)}: {kind} (R² {law.r2:.3f})"
 
 
+def _line(law: Law, power: Law | None, unit: int, variable: str) -> str:
+    of_what = f"{unit:,} {variable}" if unit > 1 else variable.removesuffix("s")
+    slope = f"{_ms(_scaled(law.numbers['slope'], unit))} for each {of_what} (R² {law.r2:.3f})"
+    lo, hi = LINEAR_EXPONENTS
+    if power and "start" not in power.numbers and lo <= power.numbers["exponent"].value <= hi:
+        return f"Frame time grows as {variable}^{_exponent(power)}: linear, {slope}"
+    return f"Frame time is a line in {variable}: {_ms(law.numbers['start'])}, and {slope}"
+
+
 def _against_paper(figure: Figure, series: Series) -> str:
     """Return whether the paper's linear law holds; nothing where it has no such figure."""
     if not figure.paper:
@@ -62,8 +70,8 @@ def _against_paper(figure: Figure, series: Series) -> str:
         return _against_vertices(series)
     if series.law == "linear":
         return ", as the paper found"
-    if figure.name == "bounces":
-        mirror = [point.rays.mirror / 1e3 for point in series.points if point.x > 0]
+    mirror = [point.rays.mirror / 1e3 for point in series.points if point.x > 0]
+    if figure.name == "bounces" and mirror[-1] <= _DYING * mirror[0]:
         return ("; the paper's linear law does not hold here, since few rays meet one mirror after the other: "
                 f"{_range(mirror)} thousand mirror rays")
     return "; the paper's linear law does not hold here"
