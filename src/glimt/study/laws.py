@@ -17,9 +17,9 @@ start where x begins with 0), and a line with a jump at a setting."""
 CONFIDENCE = 0.95
 LINEAR_R2 = 0.98
 """From here on a line is called a line."""
-LINEAR_EXPONENTS = (0.9, 1.1)
-_LOOSE_EXPONENTS = (0.75, 1.35)
-"""The same where a start is fitted besides, which leaves an exponent more room."""
+_LINEAR_EXPONENTS, _LOOSE_EXPONENTS = (0.8, 1.25), (0.75, 1.35)
+"""Where the exponent of what may be called a line lies: what a frame takes however little it shows bends a line that
+much. The second ones are for laws with a start of their own, which leaves an exponent more room."""
 _RESAMPLES = 400
 _FLOOR = 0.03
 """Deviations below this share of a time prefer no law: caches and clocks are worth as much."""
@@ -164,7 +164,7 @@ def is_linear(laws: dict[str, Fit]) -> bool:
     if "power" not in laws:
         return True
     numbers = laws["power"].numbers
-    lo, hi = _LOOSE_EXPONENTS if "start" in numbers else LINEAR_EXPONENTS
+    lo, hi = _LOOSE_EXPONENTS if "start" in numbers else _LINEAR_EXPONENTS
     return numbers["exponent"].hi >= lo and numbers["exponent"].lo <= hi
 
 

@@ -2,16 +2,17 @@
 
 from collections.abc import Callable
 
-from glimt.study.laws import LINEAR_EXPONENTS, LINEAR_R2
 from glimt.study.results import Figure, Law, Number, Point, Series
 
 _VARIABLES = {"pixels": "pixels", "bounces": "bounces", "lights": "lights", "vertices": "vertices",
               "threads": "threads", "instances": "instances", "samples": "samples"}
-_SPREAD = 0.03
-"""Differences up to this share of a time say nothing."""
+_SPREAD, _SMALL_SPREAD = 0.03, 0.2
+"""Differences up to the first share of a time say nothing, and up to the second little: another run gives others."""
 _DYING = 1.5
 """With all bounces there are not so many times as many mirror rays as with one."""
-_FLAT = 0.1
+_EXPLAINED, _PARTLY_EXPLAINED = 0.95, 0.8
+"""R² of a line through time against rays."""
+_FLAT = 0.25
 """An exponent below this is no growth but a first step."""
 
 
@@ -55,11 +56,11 @@ def _growth(law: Law, series: Series, variable: str) -> str:
 
 def _line(law: Law, power: Law | None, unit: int, variable: str) -> str:
     of_what = f"{unit:,} {variable}" if unit > 1 else variable.removesuffix("s")
-    slope = f"{_ms(_scaled(law.numbers['slope'], unit))} for each {of_what} (R² {law.r2:.3f})"
-    lo, hi = LINEAR_EXPONENTS
-    if power and "start" not in power.numbers and lo <= power.numbers["exponent"].value <= hi:
-        return f"Frame time grows as {variable}^{_exponent(power)}: linear, {slope}"
-    return f"Frame time is a line in {variable}: {_ms(law.numbers['start'])}, and {slope}"
+    line = (f"linear, {_ms(law.numbers['start'])} and {_ms(_scaled(law.numbers['slope'], unit))} for each {of_what} "
+            f"(R² {law.r2:.3f})")
+    if power and "start" not in power.numbers:
+        return f"Frame time grows as {variable}^{_exponent(power)}: {line}"
+    return f"Frame time grows with {variable}: {line}"
 
 
 def _against_paper(figure: Figure, series: Series) -> str:
@@ -96,8 +97,10 @@ def _rays(series: Series) -> str:
     line = series.rays_law
     if line is None:
         return f"The rays of a frame hardly change; {spoken}"
-    if line.r2 >= LINEAR_R2:
-        return f"Against counted rays it is a line (R² {line.r2:.3f}), so that the rays explain it; {spoken}"
+    if line.r2 >= _EXPLAINED:
+        return f"Against counted rays it is a line (R² {line.r2:.3f}): the rays explain it; {spoken}"
+    if line.r2 >= _PARTLY_EXPLAINED:
+        return f"Counted rays explain most of it (R² {line.r2:.3f}), but their cost changes; {spoken}"
     return f"Counted rays alone do not explain it (R² {line.r2:.3f}): their cost changes; {spoken}"
 
 
@@ -107,6 +110,8 @@ def _groups(figure: Figure, series: Series) -> str:
     spread = worst.ms.value / best.ms.value - 1
     if spread <= _SPREAD or worst.ms.lo <= best.ms.hi:
         return f"No difference is seen beyond the noise: all are within {max(spread, 0.001):.1%}."
+    if spread <= _SMALL_SPREAD:
+        return f"It matters little: all are within {spread:.1%}."
     as_good = [point.label for point in ordered[1:] if point.ms.lo <= best.ms.hi or
                point.ms.value <= (1 + _SPREAD) * best.ms.value]
     also = f" ({', '.join(as_good)} as good)" if as_good else ""
