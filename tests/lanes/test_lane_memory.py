@@ -17,6 +17,7 @@ from glimt.lanes import (
     i32,
     lane_numbers,
     load,
+    load4_repeated,
     load8,
     pointer,
     scalar,
@@ -46,6 +47,17 @@ def test_load_and_store_at_any_word():
             _copy(x, out, source, target)
             np.testing.assert_array_equal(out[target:target + LANES + 8], np.arange(source, source + LANES + 8))
             assert (np.delete(out, np.s_[target:target + LANES + 8]) == -1).all()
+
+
+@compile_test
+def _repeat(x, out, source):
+    store(out, 0, load4_repeated(x, source))
+
+
+def test_four_words_fill_all_lanes():
+    out = np.empty(LANES, F)
+    _repeat(np.arange(16, dtype=F), out, 3)
+    np.testing.assert_array_equal(out, np.tile(np.arange(3, 7), LANES // 4))
 
 
 @compile_test

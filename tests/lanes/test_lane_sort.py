@@ -1,11 +1,11 @@
-"""Eight integers in order."""
+"""Lanes in another order."""
 
 import itertools
 
 import numpy as np
 from lane_helpers import F, compile_test
 
-from glimt.lanes import load8_int, numbers8, permute8, prefetch, sort8, store8
+from glimt.lanes import LANES, load8_int, load_int, numbers8, numbers_in_fours, prefetch, shuffle, sort8, store, store8
 
 
 @compile_test
@@ -17,8 +17,8 @@ def _sort(keys, out):
 @compile_test
 def _permute(values, index, out):
     for i in range(0, len(values), 8):
-        store8(out, i, permute8(load8_int(values, i), load8_int(index, i)))
-    store8(out, len(values), permute8(load8_int(values, 0), -numbers8()))
+        store8(out, i, shuffle(load8_int(values, i), load8_int(index, i)))
+    store8(out, len(values), shuffle(load8_int(values, 0), -numbers8()))
 
 
 def test_eight_integers_are_sorted():
@@ -41,6 +41,32 @@ def test_eight_lanes_are_permuted():
     _permute(values.reshape(-1), index.reshape(-1), out)
     np.testing.assert_array_equal(out[:-8].reshape(-1, 8), np.take_along_axis(values, index & 7, 1))
     np.testing.assert_array_equal(out[-8:], values[0, [0, 7, 6, 5, 4, 3, 2, 1]])
+
+
+@compile_test
+def _shuffle_all(values, index, out):
+    store(out, 0, shuffle(load_int(values, 0), load_int(index, 0)))
+
+
+def test_all_lanes_are_shuffled():
+    random = np.random.default_rng(3)
+    values, index = random.integers(-2**31, 2**31, (2, LANES)).astype(np.int32)
+    out = np.empty(LANES, np.int32)
+    _shuffle_all(values, index, out)
+    np.testing.assert_array_equal(out, values[index & (LANES - 1)])
+
+
+@compile_test
+def _in_fours(word, out):
+    store(out, 0, numbers_in_fours(np.int32(word)))
+
+
+def test_numbers_of_the_lowest_bits():
+    out = np.empty(LANES, np.int32)
+    for word in (0, 1, 0b1010_0110, 0xFFFF, 1 << (LANES - 1), 0b11 << (LANES - 2)):
+        numbers = [k for k in range(32) if word >> k & 1][:LANES // 4]
+        _in_fours(word, out)
+        np.testing.assert_array_equal(out, np.repeat(numbers + [0] * (LANES // 4 - len(numbers)), 4))
 
 
 @compile_test

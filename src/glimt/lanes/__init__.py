@@ -22,6 +22,7 @@ from glimt.lanes.memory import (
     gather_pairs,
     load,
     load4,
+    load4_repeated,
     load8,
     load8_int,
     load_int,
@@ -72,7 +73,7 @@ from glimt.lanes.ops import (
     to_int,
     upper_half,
 )
-from glimt.lanes.sort import numbers8, permute8, sort8
+from glimt.lanes.sort import numbers8, numbers_in_fours, shuffle, sort8
 from glimt.lanes.types import LANES, f32, f32x8, i32, mask
 from glimt.lanes.vector import (
     Vector3,
@@ -92,10 +93,10 @@ __all__ = [
     "LANES", "Vector3", "absolute", "all_lanes", "any_lane", "arccos", "arctan2", "as_float", "as_int", "atomic_add",
     "atomic_load", "bits", "compress_store", "compress_store3", "count_trailing_zeros", "cross", "difference", "dot",
     "exp2", "extract", "f32", "f32x8", "floor", "fma", "from_bits", "gather", "gather_int", "gather_pairs", "highest",
-    "i32", "interleave4", "join", "lane_numbers", "least_number", "load", "load3", "load4", "load8", "load8_int",
-    "load_int", "log2", "lower_half", "lowest", "mask", "maximum", "minimum", "normalize", "numbers8", "permute8",
-    "pick", "pick_int", "pointer", "population_count", "power", "prefetch", "product", "reciprocal", "reciprocal_sqrt",
-    "scalar", "scalar3", "scalar_int", "select", "select3", "sort8", "splat3", "sqrt", "stack_floats", "stack_ints",
-    "stack_longs", "store", "store3", "store8", "store_scalar", "store_scalar_int", "ticks", "to_float", "to_int",
-    "upper_half", "vector3",
+    "i32", "interleave4", "join", "lane_numbers", "least_number", "load", "load3", "load4", "load4_repeated", "load8",
+    "load8_int", "load_int", "log2", "lower_half", "lowest", "mask", "maximum", "minimum", "normalize", "numbers8",
+    "numbers_in_fours", "pick", "pick_int", "pointer", "population_count", "power", "prefetch", "product", "reciprocal",
+    "reciprocal_sqrt", "scalar", "scalar3", "scalar_int", "select", "select3", "shuffle", "sort8", "splat3", "sqrt",
+    "stack_floats", "stack_ints", "stack_longs", "store", "store3", "store8", "store_scalar", "store_scalar_int",
+    "ticks", "to_float", "to_int", "upper_half", "vector3",
 ]

@@ -82,6 +82,20 @@ load, load4, load8 = _loader(LANES), _loader(4), _loader(8)
 load_int, load8_int = _loader(LANES, "i32"), _loader(8, "i32")
 
 
+@intrinsic
+def load4_repeated(typing_context, words, index):
+    """Return four words over and over in all lanes."""
+    lanes, four = lanes_type("f32"), lanes_type("f32", 4)
+
+    def emit(context, builder, sig, args):
+        address = _address(context, builder, sig, args)
+        words_ = builder.load(builder.bitcast(address, four.register.as_pointer()), align=4)
+        order = ir.Constant(ir.VectorType(INT32, lanes.count), [k % 4 for k in range(lanes.count)])
+        return builder.shuffle_vector(words_, words_, order)
+
+    return lanes(words, index), emit
+
+
 def _storer():
     @intrinsic
     def store_lanes(typing_context, words, index, value):

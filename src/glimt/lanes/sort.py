@@ -1,9 +1,11 @@
-"""Eight values in order, whatever the lane width: for the children of a BVH8 node."""
+"""Lanes in another order; eight values sorted, whatever the lane width: for the children of a BVH8 node."""
 
 from llvmlite import ir
+from numba import types
 from numba.extending import intrinsic
 
-from glimt.lanes.types import INT32, lanes_type
+from glimt.lanes.ops import call
+from glimt.lanes.types import INT1, INT32, lanes_type
 
 _I32X8 = lanes_type("i32", 8)
 _NETWORK = (((0, 1), (2, 3), (4, 5), (6, 7)), ((0, 2), (1, 3), (4, 6), (5, 7)), ((1, 2), (5, 6)),
@@ -12,7 +14,7 @@ _NETWORK = (((0, 1), (2, 3), (4, 5), (6, 7)), ((0, 2), (1, 3), (4, 6), (5, 7)), 
 
 
 def _order(lanes):
-    return ir.Constant(ir.VectorType(INT32, 8), lanes)
+    return ir.Constant(ir.VectorType(INT32, len(lanes)), lanes)
 
 
 @intrinsic
@@ -40,14 +42,31 @@ def sort8(typing_context, x):
 
 
 @intrinsic
-def permute8(typing_context, x, index):
-    """Return x[index[0]], x[index[1]], … of eight lanes; only the lowest three bits of an index count."""
+def shuffle(typing_context, x, index):
+    """Return x[index[0]], x[index[1]], … of as many lanes; only the lowest bits of an index count."""
     def emit(context, builder, sig, args):
-        low = builder.and_(args[1], ir.Constant(sig.args[1].register, [7] * 8))
+        low = builder.and_(args[1], ir.Constant(sig.args[1].register, [x.count - 1] * x.count))
         result = ir.Constant(x.register, ir.Undefined)
-        for k in range(8):
+        for k in range(x.count):
             value = builder.extract_element(args[0], builder.extract_element(low, INT32(k)))
             result = builder.insert_element(result, value, INT32(k))
         return result
 
     return x(x, index), emit
+
+
+@intrinsic
+def numbers_in_fours(typing_context, word):
+    """Return the numbers of the lowest bits set in an int32, each in four lanes; 0 where there are no more of them."""
+    lanes = lanes_type("i32")
+
+    def emit(context, builder, sig, args):
+        left, numbers = args[0], ir.Constant(lanes.register, ir.Undefined)
+        for k in range(lanes.count // 4):
+            zeros = call(builder, "llvm.cttz.i32", INT32, [left, INT1(1)])
+            number = builder.select(builder.icmp_signed("!=", left, INT32(0)), zeros, INT32(0))
+            numbers = builder.insert_element(numbers, number, INT32(k))
+            left = builder.and_(left, builder.sub(left, INT32(1)))
+        return builder.shuffle_vector(numbers, numbers, _order([k // 4 for k in range(lanes.count)]))
+
+    return lanes(types.int32), emit

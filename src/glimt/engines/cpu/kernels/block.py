@@ -104,6 +104,12 @@ def first_packet(lanes):
 
 
 @inline
+def lanes_of_packet(lanes, slot):
+    """Return the lanes of one packet as bits of an int32."""
+    return np.int32((lanes >> slot) & _PACKET_LANES)
+
+
+@inline
 def without_packet(lanes, slot):
     """Return lanes without those of a packet."""
     return lanes & ~(_PACKET_LANES << slot)

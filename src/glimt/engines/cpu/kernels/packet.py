@@ -101,6 +101,12 @@ def permute(longest_x, longest_y, v):
 
 
 @inline
+def other_axes(axis):
+    """Return (axis + 1, axis + 2) modulo 3, without divisions."""
+    return (0b00_10_01 >> 2 * axis) & 3, (0b01_00_10 >> 2 * axis) & 3
+
+
+@inline
 def set_up(words, slot, origin, direction):
     """Write the rays of a packet to its slots of a RAY block; every lane must hold a ray."""
     d = direction

@@ -90,6 +90,22 @@ def _corners(words, at, rays, singles, slot):
 
 
 @inline
+def keep(words, base, inst, hits, slot, j, t, u, v):
+    """Make triangle j of the block at `base`, at t > 0, a ray's hit if it is closer (see `hit.closer`)."""
+    limit, prim = scalar(hits, HIT.t + slot), scalar_int(words, base + TRIANGLE_BLOCK.prim + j)
+    if t == limit:
+        before = scalar_int(hits, HIT.inst + slot)
+        if before < inst or (before == inst and scalar_int(hits, HIT.prim + slot) <= prim):
+            return
+    if t <= limit:
+        store_scalar(hits, HIT.t + slot, t)
+        store_scalar(hits, HIT.u + slot, u)
+        store_scalar(hits, HIT.v + slot, v)
+        store_scalar_int(hits, HIT.prim + slot, prim)
+        store_scalar_int(hits, HIT.inst + slot, inst)
+
+
+@inline
 def leaf(words, inst, code, rays, singles, hits, slot, occlusion):
     """Test up to four triangles at once (see `triangle.triangle_leaf`)."""
     base = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
@@ -105,17 +121,12 @@ def leaf(words, inst, code, rays, singles, hits, slot, occlusion):
         while inside:
             j = count_trailing_zeros(inside)
             inside &= inside - 1
-            this, prim = extract(ts, j), scalar_int(words, base + TRIANGLE_BLOCK.prim + j)
-            t, hit_inst = scalar(hits, HIT.t + slot), scalar_int(hits, HIT.inst + slot)
-            before = hit_inst > inst or (hit_inst == inst and scalar_int(hits, HIT.prim + slot) > prim)
-            if this > 0 and (this < t or (this == t and before)):
-                if occlusion:
-                    store_scalar(hits, HIT.t + slot, DONE)
-                    store_scalar_int(hits, HIT.prim + slot, code)
-                    store_scalar_int(hits, HIT.inst + slot, inst)
-                else:
-                    store_scalar(hits, HIT.t + slot, this)
-                    store_scalar(hits, HIT.u + slot, extract(us, j))
-                    store_scalar(hits, HIT.v + slot, extract(vs, j))
-                    store_scalar_int(hits, HIT.prim + slot, prim)
-                    store_scalar_int(hits, HIT.inst + slot, inst)
+            this = extract(ts, j)
+            if not this > 0:
+                continue
+            if not occlusion:
+                keep(words, base, inst, hits, slot, j, this, extract(us, j), extract(vs, j))
+            elif this < scalar(hits, HIT.t + slot):
+                store_scalar(hits, HIT.t + slot, DONE)
+                store_scalar_int(hits, HIT.prim + slot, code)
+                store_scalar_int(hits, HIT.inst + slot, inst)

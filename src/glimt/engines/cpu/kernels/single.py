@@ -20,12 +20,12 @@ from glimt.lanes import (
     lane_numbers,
     load8_int,
     numbers8,
-    permute8,
     population_count,
     prefetch,
     scalar,
     scalar_int,
     select,
+    shuffle,
     sort8,
     stack_floats,
     stack_ints,
@@ -109,7 +109,7 @@ def push(nodes, code, rays, singles, hits, pending, top, slot):
     entry, leave = children(nodes, base, rays, singles, hits, slot)
     met = entry <= leave
     keys = sort8(select(met, (as_int(entry) & np.int32(-8)) | numbers8(), np.int32(-1)))
-    store8(pending.stack, top, permute8(load8_int(nodes, base + NODE.child), keys))
+    store8(pending.stack, top, shuffle(load8_int(nodes, base + NODE.child), keys))
     store8(pending.distances, top, as_float(keys & np.int32(-8)))
     return top + population_count(bits(met))
 

@@ -6,7 +6,16 @@ import numpy as np
 from numba import types
 
 from glimt.engines.cpu.kernels.arrays import Trees
-from glimt.engines.cpu.kernels.block import HIT, all_lanes_of, first_packet, first_slot, packets_of, without_packet
+from glimt.engines.cpu.kernels.block import (
+    HIT,
+    all_lanes_of,
+    first_packet,
+    first_slot,
+    lanes_of_packet,
+    packets_of,
+    without_packet,
+)
+from glimt.engines.cpu.kernels.few import are_few, leaf_of_few
 from glimt.engines.cpu.kernels.hit import hit_at, store_hit
 from glimt.engines.cpu.kernels.packet import interval, rays_at, set_up
 from glimt.engines.cpu.kernels.single import leave_nothing, leave_to, new_pending, prefetch_subtree, walk_pending
@@ -168,13 +177,18 @@ def _push_children(scene, nodes, code, bundle, lanes, span, limit, stack, bottom
 
 
 @inline
-def _triangles(scene, inst, code, bundle, lanes):
-    """Test the triangles of a leaf of a mesh's tree."""
+def _triangles(scene, inst, code, bundle, lanes, distance):
+    """Test the triangles of a leaf of a mesh's tree for those of some rays that still look as far as `distance`."""
     while lanes:
         slot = first_packet(lanes)
+        here = lanes_of_packet(lanes, slot) & bits(load(bundle.hits, HIT.t + slot) * BOX_SLACK >= distance)
         lanes = without_packet(lanes, slot)
-        hit = triangle_leaf(scene, inst, code, rays_at(bundle.rays, slot), hit_at(bundle.hits, slot), bundle.occlusion)
-        store_hit(bundle.hits, slot, hit)
+        if are_few(here, code, bundle.occlusion):
+            leaf_of_few(scene.blas_blocks, inst, code, bundle.rays, bundle.hits, slot, here, bundle.occlusion)
+        else:
+            hit = triangle_leaf(scene, inst, code, rays_at(bundle.rays, slot), hit_at(bundle.hits, slot),
+                                bundle.occlusion)
+            store_hit(bundle.hits, slot, hit)
 
 
 @routine
@@ -185,13 +199,13 @@ def _walk_mesh(scene, root, bundle, packets, lanes, span, inst, pending):
     left to single rays, and by and by every subtree. Return the rays to which something was left.
     """
     stack, size, visited, left = _new_stack(), 0, 0, np.int64(0)
-    limit, code, here = _farthest(bundle.hits, packets), np.int32(root), lanes
+    limit, code, here, distance = _farthest(bundle.hits, packets), np.int32(root), lanes, np.float32(0)
     while True:
         if code >= 0:
             visited += 1
             size = _push_children(scene, scene.blas_nodes, code, bundle, here, span, limit, stack, size, _IN_MESH)
         else:
-            _triangles(scene, inst, ~code, bundle, here)
+            _triangles(scene, inst, ~code, bundle, here, distance)
             limit = _farthest(bundle.hits, packets)
             if bundle.occlusion and limit < 0:
                 return left
@@ -342,7 +356,8 @@ def _try_leaf(scene, inst, leaf, bundle, packets):
     if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
         _sphere(scene, inst, record, bundle, packets)
     else:
-        _triangles(scene, inst, leaf, _in_space_of(scene, record, bundle, packets), all_lanes_of(packets))
+        _triangles(scene, inst, leaf, _in_space_of(scene, record, bundle, packets), all_lanes_of(packets),
+                   np.float32(0))
     left = np.int32(0)
     while packets:
         if any_lane(load(bundle.hits, HIT.t + first_slot(packets)) > 0.0):

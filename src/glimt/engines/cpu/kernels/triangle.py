@@ -3,7 +3,7 @@
 import numpy as np
 
 from glimt.engines.cpu.kernels.hit import block, closer, replace
-from glimt.engines.cpu.kernels.packet import ANY_AXIS, permute
+from glimt.engines.cpu.kernels.packet import ANY_AXIS, other_axes, permute
 from glimt.kernel import inline
 from glimt.lanes import any_lane, difference, fma, maximum, minimum, product, reciprocal, scalar, scalar_int, vector3
 from glimt.layout import LEAF_SIZE, LEAF_STEP, TRIANGLE_BLOCK
@@ -19,7 +19,7 @@ def _corner(words, at, rays):
         turned = permute(rays.longest_x, rays.longest_y,
                          vector3(scalar(words, at), scalar(words, at + _AXIS), scalar(words, at + 2 * _AXIS)))
     else:
-        x, y = (rays.axis + 1) % 3, (rays.axis + 2) % 3
+        x, y = other_axes(rays.axis)
         turned = vector3(scalar(words, at + x * _AXIS), scalar(words, at + y * _AXIS),
                          scalar(words, at + rays.axis * _AXIS))
     p = turned - rays.shear_origin

@@ -1,0 +1,124 @@
+"""A few rays of a packet at a leaf: each has four lanes, one for each triangle, instead of one lane for all of them.
+
+By the same operations in the same order as in a packet: a ray's hit is the same to the bit.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from glimt.engines.cpu.kernels.block import HIT, RAY, SLOTS
+from glimt.engines.cpu.kernels.hit import block, hit_at, store_hit
+from glimt.engines.cpu.kernels.packet import ANY_AXIS, other_axes, permute
+from glimt.engines.cpu.kernels.ray import keep
+from glimt.engines.cpu.kernels.triangle import edges, meeting
+from glimt.kernel import inline
+from glimt.lanes import (
+    LANES,
+    bits,
+    count_trailing_zeros,
+    fma,
+    from_bits,
+    load,
+    load4_repeated,
+    load_int,
+    numbers_in_fours,
+    population_count,
+    scalar,
+    scalar_int,
+    shuffle,
+    stack_floats,
+    stack_ints,
+    store,
+    vector3,
+)
+from glimt.layout import LEAF_SIZE, LEAF_STEP, TRIANGLE_BLOCK
+
+_AT_ONCE = LANES // 4
+"""Rays that are tested at once."""
+
+_AXIS = np.int64(LEAF_SIZE)
+_CORNER = np.int64(3 * LEAF_SIZE)
+_FIRST_TRIANGLES = np.int32(0x1111)
+"""The first triangle's lane of each ray."""
+_FOUND = 3 * LANES
+
+
+@inline
+def are_few(lanes, code, occlusion):
+    """Return whether some lanes of a packet are tested sooner by four triangles than all of it by one at a time.
+
+    Closest hits have to be written down ray by ray, blocked rays have not.
+    """
+    return population_count(lanes) <= _AT_ONCE * (code % LEAF_STEP - (1 if occlusion else 3))
+
+
+class Shears(NamedTuple):
+    """What turns rays into the z axis (see `packet.Rays`), each in four lanes."""
+
+    axis: object
+    longest: object
+    shear: object
+    origin: object
+
+
+@inline
+def _each_in_four(words, at, index):
+    return vector3(shuffle(load(words, at), index), shuffle(load(words, at + SLOTS), index),
+                   shuffle(load(words, at + 2 * SLOTS), index))
+
+
+@inline
+def _corner(words, at, rays):
+    """Return the same corner of four triangles as `triangle._corner` does."""
+    if rays.axis == ANY_AXIS:
+        turned = permute(rays.longest == 0, rays.longest == 1,
+                         vector3(load4_repeated(words, at), load4_repeated(words, at + _AXIS),
+                                 load4_repeated(words, at + 2 * _AXIS)))
+    else:
+        x, y = other_axes(rays.axis)
+        turned = vector3(load4_repeated(words, at + x * _AXIS), load4_repeated(words, at + y * _AXIS),
+                         load4_repeated(words, at + rays.axis * _AXIS))
+    p = turned - rays.origin
+    return vector3(fma(-rays.shear.x, p.z, p.x), fma(-rays.shear.y, p.z, p.y), p.z)
+
+
+@inline
+def leaf_of_few(words, inst, code, rays, hits, slot, lanes, occlusion):
+    """Test the triangles of a leaf block for some lanes of a packet (see `triangle.triangle_leaf`)."""
+    base, count = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words, np.int32(code % LEAF_STEP)
+    triangles = _FIRST_TRIANGLES * ((np.int32(1) << count) - np.int32(1))
+    axis, blocked = scalar_int(rays, RAY.axis + slot), np.int32(0)
+    found, slots = stack_floats(_FOUND), stack_ints(LANES)
+    while lanes:
+        index, inside = numbers_in_fours(lanes), triangles
+        if population_count(lanes) < _AT_ONCE:
+            inside &= (np.int32(1) << 4 * population_count(lanes)) - np.int32(1)
+        for _ in range(_AT_ONCE):
+            lanes &= lanes - 1
+        here = Shears(axis, shuffle(load_int(rays, RAY.longest + slot), index),
+                      _each_in_four(rays, RAY.shear + slot, index), _each_in_four(rays, RAY.shear_origin + slot, index))
+        limit = shuffle(load(hits, HIT.t + slot), index)
+        a, b = _corner(words, base, here), _corner(words, base + _CORNER, here)
+        c = _corner(words, base + 2 * _CORNER, here)
+        wa, wb, wc, between = edges(a, b, c)
+        inside &= bits(between)
+        if inside:
+            t, u, v, near = meeting(a, b, c, wa, wb, wc, here.shear.z)
+            inside &= bits(near & (t > 0.0) & (t <= limit))
+            store(slots, 0, index)
+            store(found, 0, t)
+            if not occlusion:
+                store(found, LANES, u)
+                store(found, 2 * LANES, v)
+            while inside:
+                j = np.int64(count_trailing_zeros(inside))
+                inside &= inside - 1
+                lane = scalar_int(slots, j)
+                if not occlusion:
+                    keep(words, base, inst, hits, slot + lane, j & 3, scalar(found, j), scalar(found, LANES + j),
+                         scalar(found, 2 * LANES + j))
+                elif scalar(found, j) < scalar(hits, HIT.t + slot + lane):
+                    blocked |= np.int32(1) << lane
+    if blocked:
+        store_hit(hits, slot, block(hit_at(hits, slot), from_bits(blocked), np.int32(code), inst))
