@@ -64,8 +64,8 @@ from glimt.layout import (
 NO_FLAGS, SHARED_ORIGIN, OCCLUSION = np.int32(0), np.int32(1), np.int32(2)
 """What `trace` may be told: that all rays start in one point, that it is enough to know whether anything is met."""
 
-_TOGETHER = np.int64(10)
-"""Nodes of a mesh that packets visit before they leave subtrees to single rays."""
+_TOGETHER, _ALONE = np.int64(5), np.int64(2)
+"""Nodes of a mesh that packets visit before they leave subtrees to single rays; rays that go alone even before."""
 _SPARSE = np.int64(12)
 """Rays that are so few that they walk the mesh of an instance one by one."""
 _IN_SCENE, _IN_MESH = np.bool_(False), np.bool_(True)
@@ -195,8 +195,8 @@ def _triangles(scene, inst, code, bundle, lanes, distance):
 def _walk_mesh(scene, root, bundle, packets, lanes, span, inst, pending):
     """Walk a mesh's tree from child code `root`, nearest children first, as long as the rays go together.
 
-    The more nodes packets have visited, the less their rays have in common: then a subtree that few of them want is
-    left to single rays, and by and by every subtree. Return the rays to which something was left.
+    The more nodes packets have visited, the less their rays have in common: then a node that few of them want is left
+    to single rays, and by and by every node. A leaf costs packets no more. Return the rays to which something was left.
     """
     stack, size, visited, left = _new_stack(), 0, 0, np.int64(0)
     limit, code, here, distance = _farthest(bundle.hits, packets), np.int32(root), lanes, np.float32(0)
@@ -216,7 +216,8 @@ def _walk_mesh(scene, root, bundle, packets, lanes, span, inst, pending):
             distance = stack.distances[size]
             if distance <= limit * BOX_SLACK:
                 code, here = stack.codes[size], stack.lanes[size]
-                if population_count(here) > visited - _TOGETHER or not leave_to(pending, here, distance, code):
+                together = code < 0 or population_count(here) > max(visited - _TOGETHER, _ALONE)
+                if together or not leave_to(pending, here, distance, code):
                     break
                 left |= here
 
