@@ -45,12 +45,12 @@ _FOUND = 3 * LANES
 
 
 @inline
-def are_few(lanes, code, occlusion):
+def are_few(lanes, code, shared_origin):
     """Return whether some lanes of a packet are tested sooner by four triangles than all of it by one at a time.
 
-    Closest hits have to be written down ray by ray, blocked rays have not.
+    Closest hits have to be written down ray by ray, and camera rays nearly all have one.
     """
-    return population_count(lanes) <= _AT_ONCE * (code % LEAF_STEP - (1 if occlusion else 3))
+    return population_count(lanes) <= _AT_ONCE * (code % LEAF_STEP - (3 if shared_origin else 1))
 
 
 class Shears(NamedTuple):

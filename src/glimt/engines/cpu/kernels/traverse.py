@@ -183,7 +183,7 @@ def _triangles(scene, inst, code, bundle, lanes, distance):
         slot = first_packet(lanes)
         here = lanes_of_packet(lanes, slot) & bits(load(bundle.hits, HIT.t + slot) * BOX_SLACK >= distance)
         lanes = without_packet(lanes, slot)
-        if are_few(here, code, bundle.occlusion):
+        if are_few(here, code, bundle.shared_origin):
             leaf_of_few(scene.blas_blocks, inst, code, bundle.rays, bundle.hits, slot, here, bundle.occlusion)
         else:
             hit = triangle_leaf(scene, inst, code, rays_at(bundle.rays, slot), hit_at(bundle.hits, slot),
