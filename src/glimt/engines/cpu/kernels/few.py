@@ -1,4 +1,6 @@
-"""A few rays of a packet at a leaf: each has four lanes, one for each triangle, instead of one lane for all of them.
+"""Rays of a block at a leaf of a mesh's tree.
+
+Where a packet has many of them, each has one lane for all triangles. A few have four lanes each, one for each triangle.
 
 By the same operations in the same order as in a packet: a ray's hit is the same to the bit.
 """
@@ -7,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from glimt.engines.cpu.kernels.block import HIT, RAY, SLOTS
+from glimt.engines.cpu.kernels.block import HIT, RAY, SLOTS, first_packet, lanes_of_packet, without_packet
 from glimt.engines.cpu.kernels.hit import block, hit_at, store_hit
-from glimt.engines.cpu.kernels.packet import ANY_AXIS, other_axes, permute
+from glimt.engines.cpu.kernels.packet import ANY_AXIS, other_axes, permute, rays_at
 from glimt.engines.cpu.kernels.ray import keep
-from glimt.engines.cpu.kernels.triangle import edges, meeting
-from glimt.kernel import inline
+from glimt.engines.cpu.kernels.triangle import edges, meeting, triangle_leaf
+from glimt.kernel import inline, routine
 from glimt.lanes import (
     LANES,
     bits,
@@ -32,7 +34,7 @@ from glimt.lanes import (
     store,
     vector3,
 )
-from glimt.layout import LEAF_SIZE, LEAF_STEP, TRIANGLE_BLOCK
+from glimt.layout import BOX_SLACK, LEAF_SIZE, LEAF_STEP, TRIANGLE_BLOCK
 
 _AT_ONCE = LANES // 4
 """Rays that are tested at once."""
@@ -45,7 +47,7 @@ _FOUND = 3 * LANES
 
 
 @inline
-def are_few(lanes, code, shared_origin):
+def _are_few(lanes, code, shared_origin):
     """Return whether some lanes of a packet are tested sooner by four triangles than all of it by one at a time.
 
     Closest hits have to be written down ray by ray, and camera rays nearly all have one.
@@ -84,7 +86,7 @@ def _corner(words, at, rays):
 
 
 @inline
-def leaf_of_few(words, inst, code, rays, hits, slot, lanes, occlusion):
+def _leaf_of_few(words, inst, code, rays, hits, slot, lanes, occlusion):
     """Test the triangles of a leaf block for some lanes of a packet (see `triangle.triangle_leaf`)."""
     base, count = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words, np.int32(code % LEAF_STEP)
     triangles = _FIRST_TRIANGLES * ((np.int32(1) << count) - np.int32(1))
@@ -122,3 +124,18 @@ def leaf_of_few(words, inst, code, rays, hits, slot, lanes, occlusion):
                     blocked |= np.int32(1) << lane
     if blocked:
         store_hit(hits, slot, block(hit_at(hits, slot), from_bits(blocked), np.int32(code), inst))
+
+
+@routine
+def meet_leaf(scene, inst, code, bundle, lanes, distance):
+    """Test the triangles of a leaf of a mesh's tree for those of some rays that still look as far as `distance`."""
+    while lanes:
+        slot = first_packet(lanes)
+        here = lanes_of_packet(lanes, slot) & bits(load(bundle.hits, HIT.t + slot) * BOX_SLACK >= distance)
+        lanes = without_packet(lanes, slot)
+        if _are_few(here, code, bundle.shared_origin):
+            _leaf_of_few(scene.blas_blocks, inst, code, bundle.rays, bundle.hits, slot, here, bundle.occlusion)
+        else:
+            hit = triangle_leaf(scene, inst, code, rays_at(bundle.rays, slot), hit_at(bundle.hits, slot),
+                                bundle.occlusion)
+            store_hit(bundle.hits, slot, hit)

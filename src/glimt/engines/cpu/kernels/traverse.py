@@ -11,16 +11,14 @@ from glimt.engines.cpu.kernels.block import (
     all_lanes_of,
     first_packet,
     first_slot,
-    lanes_of_packet,
     packets_of,
     without_packet,
 )
-from glimt.engines.cpu.kernels.few import are_few, leaf_of_few
+from glimt.engines.cpu.kernels.few import meet_leaf
 from glimt.engines.cpu.kernels.hit import hit_at, store_hit
 from glimt.engines.cpu.kernels.packet import interval, rays_at, set_up
 from glimt.engines.cpu.kernels.single import leave_nothing, leave_to, new_pending, prefetch_subtree, walk_pending
 from glimt.engines.cpu.kernels.sphere import sphere_hit
-from glimt.engines.cpu.kernels.triangle import triangle_leaf
 from glimt.kernel import SharedKernel, inline, routine
 from glimt.lanes import (
     any_lane,
@@ -176,21 +174,6 @@ def _push_children(scene, nodes, code, bundle, lanes, span, limit, stack, bottom
     return size
 
 
-@inline
-def _triangles(scene, inst, code, bundle, lanes, distance):
-    """Test the triangles of a leaf of a mesh's tree for those of some rays that still look as far as `distance`."""
-    while lanes:
-        slot = first_packet(lanes)
-        here = lanes_of_packet(lanes, slot) & bits(load(bundle.hits, HIT.t + slot) * BOX_SLACK >= distance)
-        lanes = without_packet(lanes, slot)
-        if are_few(here, code, bundle.shared_origin):
-            leaf_of_few(scene.blas_blocks, inst, code, bundle.rays, bundle.hits, slot, here, bundle.occlusion)
-        else:
-            hit = triangle_leaf(scene, inst, code, rays_at(bundle.rays, slot), hit_at(bundle.hits, slot),
-                                bundle.occlusion)
-            store_hit(bundle.hits, slot, hit)
-
-
 @routine
 def _walk_mesh(scene, root, bundle, packets, lanes, span, inst, pending):
     """Walk a mesh's tree from child code `root`, nearest children first, as long as the rays go together.
@@ -205,7 +188,7 @@ def _walk_mesh(scene, root, bundle, packets, lanes, span, inst, pending):
             visited += 1
             size = _push_children(scene, scene.blas_nodes, code, bundle, here, span, limit, stack, size, _IN_MESH)
         else:
-            _triangles(scene, inst, ~code, bundle, here, distance)
+            meet_leaf(scene, inst, ~code, bundle, here, distance)
             limit = _farthest(bundle.hits, packets)
             if bundle.occlusion and limit < 0:
                 return left
@@ -345,7 +328,7 @@ def _test_everything(scene, bundle, packets):
         first = scalar_int(scene.spans, span + SPAN.first_block)
         for block in range(first, first + scalar_int(scene.spans, span + SPAN.blocks)):
             code = np.int32(block * LEAF_STEP + _triangles_in(scene.blas_blocks, block))
-            _triangles(scene, inst, code, placed, all_lanes_of(packets))
+            meet_leaf(scene, inst, code, placed, all_lanes_of(packets), np.float32(0))
             if bundle.occlusion and _farthest(bundle.hits, packets) < 0:
                 return
 
@@ -357,7 +340,7 @@ def _try_leaf(scene, inst, leaf, bundle, packets):
     if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
         _sphere(scene, inst, record, bundle, packets)
     else:
-        _triangles(scene, inst, leaf, _in_space_of(scene, record, bundle, packets), all_lanes_of(packets),
+        meet_leaf(scene, inst, leaf, _in_space_of(scene, record, bundle, packets), all_lanes_of(packets),
                    np.float32(0))
     left = np.int32(0)
     while packets:
