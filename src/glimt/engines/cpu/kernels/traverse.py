@@ -64,7 +64,7 @@ NO_FLAGS, SHARED_ORIGIN, OCCLUSION = np.int32(0), np.int32(1), np.int32(2)
 
 _TOGETHER, _ALONE = np.int64(5), np.int64(2)
 """Nodes of a mesh that packets visit before they leave subtrees to single rays; rays that go alone even before."""
-_SPARSE = np.int64(16)
+_SPARSE = np.int64(12)
 """Rays that are so few that they walk the mesh of an instance one by one."""
 _IN_SCENE, _IN_MESH = np.bool_(False), np.bool_(True)
 """Which tree `_push_children` is in."""
