@@ -74,7 +74,7 @@ def test_a_study_from_scene_to_file(order):
     assert [figure.number for figure in result.figures] == [3, 7]
     assert read(order.folder / FILE_NAME) == result
     assert result.scene.spheres == 1
-    assert result.base == "400×400 pixels, one sample each, no bounces, 1 point light, 0 vertices, 1 sphere"
+    assert result.base == "400×400 pixels, one sample each, no bounces, lights: 1 point, 0 vertices, 1 sphere"
     pixels = result.figures[0].series[0]
     assert [point.rays.primary for point in pixels.points] == [point.x for point in pixels.points]
     assert pixels.verdict

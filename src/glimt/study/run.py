@@ -128,8 +128,8 @@ def _measure(number: int, study: Study, threads: int | None, seconds: float,
 
 def _describe(base: Scene) -> str:
     lights = [type(light).__name__.removesuffix("Light").lower() for light in base.lights]
-    said = ", ".join(f"{lights.count(kind)} {kind}" for kind in dict.fromkeys(lights)) or "no"
-    return (f"{SIDE}×{SIDE} pixels, one sample each, no bounces, {said} light{'s' * (len(lights) != 1)}, "
+    said = " and ".join(f"{lights.count(kind)} {kind}" for kind in dict.fromkeys(lights)) or "none"
+    return (f"{SIDE}×{SIDE} pixels, one sample each, no bounces, lights: {said}, "
             f"{3 * base.placed_triangles():,} vertices, {len(base.spheres())} sphere{'s' * (len(base.spheres()) != 1)}")
 
 
