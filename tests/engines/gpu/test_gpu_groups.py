@@ -10,6 +10,7 @@ from both_engines import on_gpu, shared_engine, sized
 import glimt
 from glimt.engines.gpu import engine as gpu_engine
 from glimt.engines.gpu.engine import GpuEngine
+from glimt.engines.gpu.pace import Pace
 
 STONE_ROOM = Path(__file__).resolve().parents[3] / "examples" / "stone_room.toml"
 
@@ -37,6 +38,8 @@ def test_workgroups(group):
 def test_parts(monkeypatch, most):
     monkeypatch.setattr(gpu_engine, "_MOST_PIXELS", most)
     engine = shared_engine()
+    monkeypatch.setattr(engine, "_pace", Pace())  # on a busy machine it would make smaller parts
+    monkeypatch.setattr(engine, "_clock", lambda: 0.0)
     areas, told = gpu_engine.Areas((75, 53), engine._group), engine._tell
     parts = list(iter(lambda: areas.take(most), None))
     assert len(parts) == {1: 70, 700: 7, 2000: 3}[most]
