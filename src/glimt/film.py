@@ -43,8 +43,9 @@ class Film:
     seconds : float
         How long that took.
     stages : dict
-        Seconds of each stage by its name, over all samples, from engines that run them one after the other and can time
-        them; else empty. What is left of `seconds` went to the host and to bringing the picture back.
+        Seconds of each stage by its name, over all samples; empty where they are not timed. Of a GPU they are its own,
+        and what is left of `seconds` went to the host and to bringing the picture back. Of the CPU, where stages are
+        timed on demand, they are the shares of all threads' time, and make up `seconds`.
     """
 
     sums: NDArray[np.float32]
