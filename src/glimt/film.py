@@ -1,7 +1,9 @@
 """What an engine makes: linear sums and counts per pixel."""
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +65,35 @@ class Film:
         return develop(self.sums, exposure, tone_curve)
 
 
+class DistantFilm(Film):
+    """A film whose sums stay in a GPU's memory; they come when `sums` is read for the first time.
+
+    Parameters
+    ----------
+    size : (width, height)
+    place : object
+        Where they are, for those who have to do with this GPU.
+    fetch : function
+        Returns the sums; raises an `EngineError` when the GPU is lost, and the film with it.
+    counters, seconds, stages
+        As for `Film`.
+    """
+
+    def __init__(self, size: tuple[int, int], place: Any, fetch: Callable[[], NDArray[np.float32]],
+                 counters: Counters, seconds: float, stages: dict[str, float]) -> None:
+        self.size, self.place = size, place
+        self._fetch = fetch
+        self.counters, self.seconds, self.stages = counters, seconds, stages
+
+    @functools.cached_property
+    def sums(self) -> NDArray[np.float32]:  # type: ignore[override]
+        """See `Film`; good until the film's memory is given to another render."""
+        return self._fetch()
+
+
 def sums_for(size: tuple[int, int], film: Film | None) -> NDArray[np.float32]:
     """Return where the sums of a picture of that (width, height) may be written: over those of `film`, if they fit."""
     shape = (size[1], size[0], 4)
-    return film.sums if film is not None and film.sums.shape == shape else np.empty(shape, np.float32)
+    if film is None or isinstance(film, DistantFilm) or film.sums.shape != shape:
+        return np.empty(shape, np.float32)
+    return film.sums

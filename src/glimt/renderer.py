@@ -87,6 +87,15 @@ class Renderer:
         """Return whether a picture with such samples, or a debug view, can be rendered without compiling first."""
         return self._engine.is_ready(samples, view)
 
+    def keep_films(self) -> Any:
+        """Leave films on the GPU that renders them, for a window of the same GPU: `Film.sums` come when they are read.
+
+        Returns
+        -------
+        The GPU's device, or None where there is no GPU at work and films are in memory anyway.
+        """
+        return self._engine.keep_films()
+
     def update(self, progress: Progress | None = None) -> None:
         """Take over changed objects and materials.
 

@@ -3,7 +3,7 @@
 import contextlib
 import threading
 from collections.abc import Callable
-from typing import Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +56,14 @@ class Engine(Protocol):
 
     def is_ready(self, samples: Samples, shows: DebugView | None = None) -> bool:
         """Return whether such a picture, or debug view, is rendered at once: what is rarely wanted is prepared late."""
+
+    def keep_films(self) -> Any:
+        """Leave films where they are computed from now on: they are to be shown there, and come back when asked for.
+
+        Returns
+        -------
+        The device of a GPU, whose films are then a `DistantFilm` each; None where films are in memory anyway.
+        """
 
     def upload(self, scene: PackedScene, light_count: int) -> None:
         """Take over a scene, or the changed arrays of one."""

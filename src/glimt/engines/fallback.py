@@ -3,7 +3,7 @@
 import threading
 import warnings
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,10 @@ class FallbackEngine:
     def is_ready(self, samples: Samples, shows: DebugView | None = None) -> bool:
         """See `Engine.is_ready`."""
         return self._ask(lambda engine: engine.is_ready(samples, shows))
+
+    def keep_films(self) -> Any:
+        """See `Engine.keep_films`; the engine that takes over has its own in memory."""
+        return self._ask(lambda engine: engine.keep_films())
 
     def upload(self, scene: PackedScene, light_count: int) -> None:
         """See `Engine.upload`."""

@@ -85,6 +85,9 @@ class CpuEngine:
             return is_ready(count_visits if shows == "nodes" else debug_tiles)
         return is_ready(render_tiles) and (samples != "adaptive" or is_ready(refine_tiles))
 
+    def keep_films(self) -> None:
+        """Do nothing: films are in memory (see `Engine.keep_films`)."""
+
     def upload(self, scene: PackedScene, light_count: int) -> None:
         """Take over a scene; the arrays are used where they are."""
         self._scene = scene, light_count

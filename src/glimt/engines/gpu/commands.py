@@ -131,6 +131,12 @@ class Commands:
             else:
                 work.dispatch_workgroups(*size)
 
+    def copy(self, source: Buffer, first: int, target: Buffer, to: int, nbytes: int) -> None:
+        """Copy bytes from one buffer, from byte `first` on, into another, from byte `to` on."""
+        with self._device.doing("recording a copy"):
+            self._end_pass()
+            self._encoder.copy_buffer_to_buffer(source.handle, first, target.handle, to, nbytes)
+
     def clear(self, buffer: Buffer) -> None:
         """Fill what is in use of a buffer with zeros."""
         with self._device.doing("recording a clear"):

@@ -14,12 +14,12 @@ from glimt.engines.engine import Hits, Progress, Samples
 from glimt.engines.gpu.adapters import import_wgpu
 from glimt.engines.gpu.buffers import Buffer, Download
 from glimt.engines.gpu.commands import Commands, Timer
-from glimt.engines.gpu.device import open_device
+from glimt.engines.gpu.device import Device, open_device
 from glimt.engines.gpu.pace import LONGEST_SECONDS, Area, Areas, Pace
 from glimt.engines.gpu.scene_buffers import SceneBuffers
 from glimt.engines.gpu.stages import Group, Stages, counter_words, frame_records, path_bytes
 from glimt.errors import GlimtError, RenderCancelled
-from glimt.film import Counters, Film, sums_for
+from glimt.film import Counters, DistantFilm, Film, sums_for
 from glimt.layout import COUNTER, FRAME, MISS, PATH, VIEW, dtype
 from glimt.packed import PackedScene
 
@@ -63,6 +63,7 @@ class GpuEngine:
         self._stages: Stages | None = None
         self._light_count = 0
         self._too_slow = False  # of the last submission
+        self._keeps_films = False
         self._cancelled: threading.Event | None = None  # of the render at work
         self._one_at_a_time = threading.Lock()
         self.visits: dict[str, NDArray[np.int64]] = {}
@@ -78,6 +79,11 @@ class GpuEngine:
     def is_ready(self, samples: Samples, shows: DebugView | None = None) -> bool:
         """Return True: what its driver compiles late takes less than a second."""
         return True
+
+    def keep_films(self) -> Device:
+        """Leave films on the GPU from now on (see `Engine.keep_films`); return its device."""
+        self._keeps_films = True
+        return self._device
 
     def upload(self, scene: PackedScene, light_count: int) -> None:
         """Take over what has changed of a scene."""
@@ -95,7 +101,8 @@ class GpuEngine:
         start = time.perf_counter()
         width, height = size
         grid = _FINEST if samples == "adaptive" else samples
-        sums = sums_for(size, film)
+        keeps = self._keeps_films and 16 * width * height <= self._device.limits["max-storage-buffer-binding-size"]
+        sums = self._kept_sums(size, film) if keeps else sums_for(size, film)
         totals = np.zeros(counter_words(max_bounces), np.int64)
         stages: dict[str, float] = {}
         with self._one_at_a_time, self._begin() as stop_if_cancelled:
@@ -104,7 +111,8 @@ class GpuEngine:
                 if progress:
                     progress("rendering", done)
                 self._tell(view, size, area, grid, max_bounces)
-                taken = self._run_samples(area, grid * grid, max_bounces, sums, stop_if_cancelled)
+                taken = self._run_samples(area, grid * grid, max_bounces, self._bringing(area, width, sums),
+                                          stop_if_cancelled)
                 if taken is None:
                     left.put_back(area)
                     continue
@@ -115,7 +123,10 @@ class GpuEngine:
         self.visits = {"nodes": totals[COUNTER.nodes:][:3], "blocks": totals[COUNTER.blocks:][:3]}
         counters = Counters(width * height * grid * grid, int(totals[COUNTER.shadow]),
                             int(totals[COUNTER.paths + 1:].sum()), int(totals[COUNTER.non_finite]))
-        return Film(sums, counters, time.perf_counter() - start, stages)
+        seconds = time.perf_counter() - start
+        if isinstance(sums, Buffer):
+            return DistantFilm(size, sums, lambda: self._fetch(sums, size), counters, seconds, stages)
+        return Film(sums, counters, seconds, stages)
 
     def render_debug(self, view: NDArray[np.float32], size: tuple[int, int], shows: DebugView,
                      light_tints: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -127,7 +138,7 @@ class GpuEngine:
             while area := left.take(self._most_pixels()):
                 stop_if_cancelled()
                 self._tell(view, size, area, 1, 0, shows=_SHOWS.index(shows))
-                self._run(["create_rays", "debug"], 0, self._capacity(area), _part(values, area))
+                self._run(["create_rays", "debug"], 0, self._capacity(area), self._bringing(area, size[0], values))
             stop_if_cancelled()
         if shows == "instances":  # floats up to here: GPUs may take the bits of small integers for zeros
             values[..., :2] = values[..., :2].astype(np.int32).view(np.float32)
@@ -215,9 +226,36 @@ class GpuEngine:
         self._run(["intersect"], 0, count, None, counters)
         self._download.read(self._buffers["paths"], paths)
 
-    def _run_samples(self, area: Area, samples: int, max_bounces: int, sums: NDArray[np.float32],
+    def _kept_sums(self, size: tuple[int, int], film: Film | None) -> Buffer:
+        """Return where the sums of a picture stay on the GPU: over those of `film`, if they fit."""
+        if isinstance(film, DistantFilm) and film.size == size:
+            kept: Buffer = film.place
+            return kept
+        return Buffer(self._device, "film that is shown", 16 * size[0] * size[1])
+
+    def _fetch(self, sums: Buffer, size: tuple[int, int]) -> NDArray[np.float32]:
+        """Bring back what was left on the GPU."""
+        with self._one_at_a_time:
+            return self._download.read(sums, np.empty((size[1], size[0], 4), np.float32))
+
+    def _bringing(self, area: Area, columns: int, sums: NDArray[np.float32] | Buffer) -> Callable[[Commands], None]:
+        """Return what has an area brought to its place in a picture of so many columns, with what is submitted next."""
+        def bring(commands: Commands) -> None:
+            film = self._buffers["film"]
+            if not isinstance(sums, Buffer):
+                self._download.want(film, sums[area.row:area.row + area.height, area.column:area.column + area.width])
+            elif area.width == columns:
+                commands.copy(film, 0, sums, 16 * area.row * columns, 16 * columns * area.height)
+            else:
+                for row in range(area.height):
+                    commands.copy(film, 16 * row * area.width, sums, 16 * ((area.row + row) * columns + area.column),
+                                  16 * area.width)
+
+        return bring
+
+    def _run_samples(self, area: Area, samples: int, max_bounces: int, bring: Callable[[Commands], None],
                      stop_if_cancelled: Callable[[], None]) -> tuple[NDArray[np.int64], dict[str, float]] | None:
-        """Render an area into a picture's sums; return its counters and the seconds of its stages.
+        """Render an area and have it brought; return its counters and the seconds of its stages.
 
         None where it takes too long and has samples to come: it is to be begun again, in smaller parts.
         """
@@ -226,26 +264,26 @@ class GpuEngine:
             stop_if_cancelled()
             if sample and self._too_slow and self._capacity(area) > self._group.size:
                 return None
-            wanted = _part(sums, area) if sample == samples - 1 else None
-            totals += self._run_sample(sample, self._capacity(area), max_bounces, wanted)
+            totals += self._run_sample(sample, self._capacity(area), max_bounces,
+                                       bring if sample == samples - 1 else None)
             for stage, seconds in self._timer.seconds().items():  # there already, with the counters
                 stages[stage] = stages.get(stage, 0.0) + seconds
         return totals, stages
 
     def _run_sample(self, sample: int, capacity: int, max_bounces: int,
-                    sums: NDArray[np.float32] | None) -> NDArray[np.int64]:
-        """Run all stages of one sample of an area; return its counters, and with the last sample its sums."""
+                    bring: Callable[[Commands], None] | None) -> NDArray[np.int64]:
+        """Run all stages of one sample of an area, and have its sums brought if wanted; return its counters."""
         counters = np.zeros(counter_words(max_bounces), np.uint32)
         counters[COUNTER.paths] = capacity
         self._buffers["counters"].upload(counters)
         stages = ["create_rays", "intersect", "shade"]
         for _ in range(max_bounces):
             stages += ["bounce", "prepare", "intersect", "shade"]
-        self._run([*stages, "resolve"], sample * (max_bounces + 1), capacity, sums, counters)
+        self._run([*stages, "resolve"], sample * (max_bounces + 1), capacity, bring, counters)
         taken: NDArray[np.int64] = counters.astype(np.int64)
         return taken
 
-    def _run(self, stages: list[str], record: int, capacity: int, sums: NDArray[np.float32] | None = None,
+    def _run(self, stages: list[str], record: int, capacity: int, bring: Callable[[Commands], None] | None = None,
              counters: NDArray[np.uint32] | None = None) -> None:
         """Submit dispatches, each after the one before, and bring back what is asked for."""
         assert self._stages is not None
@@ -258,18 +296,14 @@ class GpuEngine:
                                 capacity if whole else 1 if stage == "prepare" else None)
         if counters is not None:
             self._download.want(self._buffers["counters"], counters)
-        if sums is not None:
-            self._download.want(self._buffers["film"], sums)
+        if bring is not None:
+            bring(commands)
         start = self._clock()
         commands.submit()
         self._download.take()
         seconds = self._clock() - start
         self._pace.learn(capacity, seconds)
         self._too_slow = seconds > LONGEST_SECONDS
-
-
-def _part(picture: NDArray[np.float32], area: Area) -> NDArray[np.float32]:
-    return picture[area.row:area.row + area.height, area.column:area.column + area.width]
 
 
 assert set(_SHOWS) == set(get_args(DebugView)), "a debug view that debug.wgsl does not know"
