@@ -249,7 +249,7 @@ def test_ctrl_c_closes(display):
 
 def test_ctrl_c_in_the_middle_of_painting_closes(display):
     with window(display, 200, 100, 2, 2) as app:
-        app.do("setattr(canvas._blitter, 'draw', lambda *size: __import__('signal').raise_signal(2))")
+        app.do("setattr(canvas.screen._blitter, 'draw', lambda *size: __import__('signal').raise_signal(2))")
         app.do("canvas.request_draw()")
         app.next("close")
         assert app.end() == "Received signal Interrupt\n"

@@ -32,6 +32,8 @@ def connect(canvas: Any, viewer: Viewer, ahead: int = 0) -> RenderThread:
         del event
         thread.stop()
 
+    if hasattr(canvas, "on_lost"):  # a window that may be a GPU's
+        canvas.on_lost = lambda: thread.do(viewer.leave_gpu)
     canvas.add_event_handler(thread.post, *EVENTS)
     canvas.add_event_handler(close, "close")
     canvas.request_draw(draw)

@@ -3,7 +3,7 @@
 import itertools
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from glimt.viewer.stretch import stretch
 if TYPE_CHECKING:
     from glimt.viewer.viewer import Viewer
 
+Picture = Any
+"""(h, w, 4) uint8 RGBA; or, from a presenter that leaves it on a GPU, what a window of that GPU shows."""
 _BUFFERS = 3
 """One is on the canvas, one may be waiting for it, one is written to."""
 _WORTH_SHARING = 100_000
@@ -62,15 +64,16 @@ class Presenter:
         small[..., :3], small[..., 3] = image, 255
         self._fit(small)
 
-    def compose(self, viewer: "Viewer") -> NDArray[np.uint8]:
+    def compose(self, viewer: "Viewer") -> Picture:
         """Return the picture with its overlay, in memory that is written again two pictures later."""
         picture = self._ring.pop(0)
         self._ring.append(picture)
         np.copyto(picture, self._base)
-        self.overlay.pixel_ratio = viewer.pixel_ratio
-        has_help = viewer.help_shown and self.overlay.draw_help(picture, help_table())  # which takes all the room
-        self.overlay.draw(picture, frame_info(viewer), viewer.times, 0 if has_help else viewer.overlay_level)
+        self._draw_overlay(viewer, picture)
         return picture
+
+    def leave_gpu(self) -> None:
+        """Do nothing: pictures are in memory."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -84,6 +87,11 @@ class Presenter:
     def close(self) -> None:
         """End the threads."""
         self._pool.shutdown()
+
+    def _draw_overlay(self, viewer: "Viewer", picture: NDArray[np.uint8]) -> None:
+        self.overlay.pixel_ratio = viewer.pixel_ratio
+        has_help = viewer.help_shown and self.overlay.draw_help(picture, help_table())  # which takes all the room
+        self.overlay.draw(picture, frame_info(viewer), viewer.times, 0 if has_help else viewer.overlay_level)
 
     def _target(self, rendered: tuple[int, int], size: tuple[int, int]) -> NDArray[np.uint8]:
         """Return where a picture is written: at once where it is shown, if it has that size."""

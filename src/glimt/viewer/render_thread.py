@@ -5,10 +5,8 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
-
 from glimt.viewer.keys import Event
+from glimt.viewer.presenter import Picture
 from glimt.viewer.viewer import Viewer
 
 _MOST_EVENTS = 10_000
@@ -39,7 +37,7 @@ class RenderThread:
         self.error: BaseException | None = None
         self._announce = announce
         self._events: deque[Event] = deque(maxlen=_MOST_EVENTS)
-        self._picture: NDArray[np.uint8] | None = None
+        self._picture: Picture | None = None
         self._untaken, self._ahead = 0, ahead
         self._stopping = self._ended = False
         self._condition = threading.Condition()
@@ -63,8 +61,8 @@ class RenderThread:
             self._condition.notify()
         self.viewer.interrupt()
 
-    def take(self) -> NDArray[np.uint8] | None:
-        """Return the last picture, (h, w, 4) uint8, and ask for the next; None before the first."""
+    def take(self) -> Picture | None:
+        """Return the last picture and ask for the next; None before the first."""
         with self._condition:
             self.taken += self._untaken > 0
             self._untaken = 0

@@ -1,15 +1,18 @@
 """The places where a scene can be looked at: a window, a browser, a terminal."""
 
+import contextlib
 import importlib
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from glimt.errors import GlimtError
+from glimt.engines.choice import choose_engine
+from glimt.errors import EngineError, GlimtError
 from glimt.viewer.keys import help_table
 from glimt.viewer.overlay.text_overlay import TextOverlay
 from glimt.viewer.session import CanvasHost, Session
+from glimt.viewer.viewer import Viewer
 
 
 def need(module: str, extra: str) -> Any:
@@ -32,12 +35,32 @@ def in_window(session: Session) -> None:
     """
     from glimt.viewer.window import canvas as window
 
-    canvas = window.WindowCanvas(size=session.window_size, title=session.title, max_fps=session.max_fps)
+    given: dict[str, Any] = {"size": session.window_size, "title": session.title, "max_fps": session.max_fps}
+    if choose_engine(session.engine).engine == "gpu":
+        from glimt.viewer.window.gpu_screen import GpuScreen
+
+        given["make_screen"] = GpuScreen
+    canvas = window.WindowCanvas(**given)
     try:
         viewer = session.viewer(CanvasHost(canvas, window.loop.call_soon_threadsafe))
+        if "make_screen" in given:
+            _leave_pictures_on_gpu(viewer, canvas.screen)
         session.run(canvas, viewer, window.loop.run)
     finally:
         canvas.close()
+
+
+def _leave_pictures_on_gpu(viewer: Viewer, screen: Any) -> None:
+    """Have pictures go from the GPU to its window, where it can do that; else they come by memory as elsewhere."""
+    from glimt.viewer.gpu_presenter import GpuPresenter
+
+    device = viewer.renderer.keep_films()
+    if device is None:  # could not be opened
+        return
+    with contextlib.suppress(EngineError):
+        screen.open(device)
+        viewer.presenter.close()
+        viewer.presenter = GpuPresenter(viewer.renderer.threads, device)
 
 
 def in_browser(session: Session, host: str = "127.0.0.1", port: int = 0, open_browser: bool = False,

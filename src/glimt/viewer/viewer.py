@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from glimt.debug_view import DebugView
 from glimt.engines import Progress
-from glimt.errors import GlimtError, RenderCancelled
+from glimt.errors import EngineError, GlimtError, RenderCancelled
 from glimt.film import Film
 from glimt.pick import Pick
 from glimt.renderer import Renderer
@@ -23,7 +23,7 @@ from glimt.viewer.keys import Event
 from glimt.viewer.motion import NEAREST_SECONDS, Motion
 from glimt.viewer.overlay import FrameTimes
 from glimt.viewer.pose import Pose, dot, minus
-from glimt.viewer.presenter import Presenter
+from glimt.viewer.presenter import Picture, Presenter
 from glimt.viewer.screenshot import keep_in
 
 REST_SECONDS = 0.15
@@ -204,7 +204,16 @@ class Viewer:
         if self._changed or (self.rendered_size, self.film_samples) != (self.size, samples):
             self._render(self.size, samples)
             self.rendered_size = self.size
-        return self.presenter.picture()
+        try:
+            return self.presenter.picture()
+        except EngineError:  # it was on a GPU that is lost; another engine takes over
+            self._render(self.size, samples)
+            return self.presenter.picture()
+
+    def leave_gpu(self) -> None:
+        """Have pictures pass through memory from now on: a window cannot show those of its GPU any more."""
+        self.presenter.leave_gpu()
+        self.changed()
 
     def do_jobs(self) -> None:
         """Do what was asked to be done between two pictures."""
@@ -226,13 +235,13 @@ class Viewer:
             waits.append(self._still_since + REST_SECONDS - now)
         return max(0.0, min(waits))
 
-    def frame(self, now: float) -> NDArray[np.uint8] | None:
+    def frame(self, now: float) -> Picture | None:
         """Make the next picture if there is to be one.
 
         Returns
         -------
-        (height, width, 4) uint8 RGBA of the canvas' size; it is good until the next but one is made. None: the last
-        one is still right.
+        (height, width, 4) uint8 RGBA of the canvas' size, or what the presenter leaves on a GPU; it is good until the
+        next but one is made. None: the last one is still right.
         """
         seconds = min(now - self._last, _LONGEST_STEP) if self._last is not None and self._moves() else 0.0
         self._last = self.now = now

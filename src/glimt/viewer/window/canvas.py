@@ -1,24 +1,24 @@
-"""A desktop window for pictures in memory, on any machine that has OpenGL, were it Mesa's without a GPU.
+"""A desktop window: rendercanvas's on GLFW, with a screen of ours.
 
-rendercanvas opens windows through GLFW, but shows a picture only through wgpu, which wants a GPU's driver. Here the
-window has an OpenGL context of its own, and `blit` puts the picture into it.
+rendercanvas shows a picture only through wgpu, which wants a GPU's driver, and the picture in memory. Here OpenGL shows
+what is in memory, with or without a GPU, and the GPU what it has rendered itself (`gl_screen`, `gpu_screen`).
 """
 
 import functools
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar, Protocol
 
-from glimt.viewer.window.gl_window import create_gl_window, silence
+from glimt.viewer.window.gl_window import silence
 
 # isort: split
 # After gl_window, which chooses among the libraries of GLFW:
 import glfw
-import numpy as np
-from numpy.typing import NDArray
+from rendercanvas.contexts import BaseContext
 from rendercanvas.glfw import GlfwCanvasGroup, GlfwRenderCanvas
 
-from glimt.viewer.window.blit import Blitter
+from glimt.errors import EngineError
+from glimt.viewer.window.gl_screen import GlScreen
 from glimt.viewer.window.loop import loop
 
 __all__ = ["WindowCanvas", "loop"]
@@ -32,6 +32,51 @@ _KEYPAD = {glfw.KEY_KP_0 + n: glfw.KEY_0 + n for n in range(10)} | {
     glfw.KEY_KP_ENTER: glfw.KEY_ENTER,
 }
 """Keys of the number pad, which rendercanvas has no names for, to the same keys elsewhere."""
+_CALLBACKS = [getattr(glfw, f"set_{name}_callback") for name in (
+    "framebuffer_size", "window_close", "window_refresh", "window_focus", "window_content_scale", "window_maximize",
+    "window_iconify", "mouse_button", "cursor_pos", "cursor_enter", "scroll", "key", "char")]
+"""What rendercanvas wants to be told of its window."""
+
+
+class Screen(Protocol):
+    """A window of GLFW, hidden at first, and how pictures of some kind get into it."""
+
+    window: Any
+
+    def can_show(self, picture: Any) -> bool:
+        """Return whether the picture is of the kind."""
+
+    def take(self, picture: Any) -> None:
+        """Show a picture from the next `paint` on."""
+
+    def paint(self, width: int, height: int) -> bool:
+        """Stretch the picture over the window, which has so many pixels; return whether that could be done just now.
+
+        Raises
+        ------
+        EngineError
+            When what draws is lost.
+        """
+
+    def close(self) -> None:
+        """Let go of the window, which is about to be destroyed."""
+
+
+class _PictureContext(BaseContext):  # type: ignore[misc]
+    """What a draw puts its picture into, in memory or not: rendercanvas's own takes arrays only."""
+
+    present_methods: ClassVar[list[str]] = ["bitmap"]
+    _picture: Any = None
+
+    def set_bitmap(self, picture: Any) -> None:
+        """Have a picture shown."""
+        self._picture = picture
+
+    def _rc_present(self, **_: Any) -> dict[str, Any]:
+        return {"method": "skip"} if self._picture is None else {"method": "bitmap", "data": self._picture}
+
+    def _rc_close(self) -> None:
+        self._picture = None
 
 
 class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
@@ -39,6 +84,9 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
 
     The picture may have any size: it is stretched over the window, its bytes shown as they are. Between draws the last
     one is shown again whenever the system asks.
+
+    A window for pictures on a GPU becomes another one, at the same place, when a picture in memory comes: what the GPU
+    has drawn on, OpenGL cannot, on most systems.
 
     Events are those of rendercanvas. About keys: names go by the place on a keyboard of the US layout; letters are in
     lower case, with Shift in upper case, but "5" and "/" stay what they are ("char" events have "%" and "?"). Space is
@@ -54,6 +102,13 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
         Draws, and rounds of looking for events, a second.
     vsync : bool
         Whether showing a picture waits for the screen, which keeps it in one piece. With False for measurements.
+    make_screen : Screen
+        Begin with this kind: GlScreen for pictures in memory, GpuScreen for those on a GPU.
+
+    Attributes
+    ----------
+    on_lost : function
+        Is called when the GPU fails that is to draw the window.
 
     Raises
     ------
@@ -64,13 +119,11 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
     _rc_canvas_group = GlfwCanvasGroup(loop)
 
     def __init__(self, *, size: tuple[float, float] = (640, 480), title: str = "glimt", max_fps: float = 120.0,
-                 vsync: bool = True) -> None:
-        window = create_gl_window(int(size[0]), int(size[1]), title)
-        glfw.make_context_current(window)
-        # On Wayland, the compositor shows whole pictures anyway, and waiting for one that is covered would not end.
-        wayland = hasattr(glfw, "get_platform") and glfw.get_platform() == glfw.PLATFORM_WAYLAND
-        glfw.swap_interval(1 if vsync and not wayland else 0)
-        self._blitter = Blitter()
+                 vsync: bool = True,
+                 make_screen: Callable[[tuple[int, int], str, bool], Screen] = GlScreen) -> None:
+        self.screen = make_screen((int(size[0]), int(size[1])), title, vsync)
+        self.on_lost: Callable[[], None] = lambda: None
+        self._given = title, vsync
         self._needs_paint = False
         self._last_paint = 0.0
         self._pointer_captured = False
@@ -78,15 +131,22 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
 
         # The base class creates a window without OpenGL, and there is no hook between its hints and the call. So the
         # call gives it the window that we have; all else there is right for us.
-        create_window, glfw.create_window = glfw.create_window, lambda *_: window
+        create_window, glfw.create_window = glfw.create_window, lambda *_: self.screen.window
         try:
             super().__init__(size=size, title=title, max_fps=max_fps, vsync=vsync, present_method="bitmap")
         finally:
             glfw.create_window = create_window
+        self._prepare_pointer()
+
+    def _prepare_pointer(self) -> None:
         if glfw.raw_mouse_motion_supported():  # a captured pointer needs none of the acceleration that others have
             glfw.set_input_mode(self._window, glfw.RAW_MOUSE_MOTION, True)
 
     # %% Showing the picture
+
+    def get_bitmap_context(self) -> Any:
+        """Return what a draw puts its picture into, in memory or on a GPU."""
+        return self.get_context(_PictureContext)
 
     def request_draw(self, draw_function: Callable[[], None] | None = None) -> None:
         """Have the picture drawn soon, by `draw_function` from now on if given. Any thread may ask."""
@@ -96,9 +156,10 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
     def _rc_get_present_info(self, present_methods: list[str]) -> dict[str, Any] | None:
         return {"method": "bitmap", "formats": ["rgba-u8"]} if "bitmap" in present_methods else None
 
-    def _rc_present_bitmap(self, *, data: NDArray[np.uint8], **_: Any) -> None:
-        glfw.make_context_current(self._window)
-        self._blitter.upload(data)
+    def _rc_present_bitmap(self, *, data: Any) -> None:
+        if not self.screen.can_show(data):
+            self._take_another_window()
+        self.screen.take(data)
 
     def _rc_request_paint(self) -> None:
         self._paint()
@@ -112,9 +173,10 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
         width, height = self.get_physical_size()
         if self._window is None or self._is_minimized or width < 1 or height < 1:
             return
-        glfw.make_context_current(self._window)
-        self._blitter.draw(width, height)
-        glfw.swap_buffers(self._window)
+        try:
+            self._needs_paint = not self.screen.paint(width, height)
+        except EngineError:
+            self.on_lost()
         self._last_paint = time.perf_counter()
 
     def _on_window_dirty(self, *_: Any) -> None:
@@ -133,6 +195,41 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
         if self._needs_paint:
             self._paint()
         self._maybe_close()
+
+    def _rc_close(self) -> None:
+        if self._window is not None:
+            self.screen.close()
+        super()._rc_close()
+
+    def _take_another_window(self) -> None:
+        """Go on, for pictures in memory, with another window where this one is."""
+        captured, fullscreen = self._pointer_captured, self.is_fullscreen
+        self.set_pointer_captured(False)
+        self.set_fullscreen(False)
+        self._release_all()
+        before = self.screen
+        self.screen = GlScreen(glfw.get_window_size(before.window), *self._given)
+        window = self._window = self.screen.window
+        for set_callback in _CALLBACKS:
+            set_callback(window, set_callback(before.window, None))
+        with silence():  # Wayland tells nobody where a window is
+            glfw.set_window_pos(window, *glfw.get_window_pos(before.window))
+        glfw.show_window(window)
+        before.close()
+        glfw.destroy_window(before.window)
+        self._prepare_pointer()
+        self.set_pointer_captured(captured)
+        self.set_fullscreen(fullscreen)
+        self._on_size_change()
+
+    def _release_all(self) -> None:
+        """Have keys and buttons come up that are held: nobody will tell when they do."""
+        for key in range(glfw.KEY_SPACE, glfw.KEY_LAST + 1):
+            if glfw.get_key(self._window, key) == glfw.PRESS:
+                self._on_key(self._window, key, 0, glfw.RELEASE, 0)
+        for button in range(glfw.MOUSE_BUTTON_LAST + 1):
+            if glfw.get_mouse_button(self._window, button) == glfw.PRESS:
+                self._on_mouse_button(self._window, button, glfw.RELEASE, 0)
 
     # %% Mouse look, full screen
 

@@ -1,4 +1,4 @@
-"""A hidden GLFW window with an OpenGL context, or an error that says what to do instead."""
+"""Hidden GLFW windows, with an OpenGL context or without, or an error that says what to do instead."""
 
 import contextlib
 import os
@@ -52,17 +52,39 @@ def create_gl_window(width: int, height: int, title: str) -> Any:
     with silence():
         # EGL where there is no GLX: some servers of X11 come without.
         for api in (glfw.NATIVE_CONTEXT_API, glfw.EGL_CONTEXT_API):
-            glfw.default_window_hints()
+            _hint()
             glfw.window_hint(glfw.CONTEXT_CREATION_API, api)
-            glfw.window_hint(glfw.VISIBLE, False)
-            glfw.window_hint(glfw.AUTO_ICONIFY, False)  # full screen stays when another screen gets the focus
             for unused in (glfw.DEPTH_BITS, glfw.STENCIL_BITS, glfw.ALPHA_BITS):
                 glfw.window_hint(unused, 0)
-            glfw.window_hint_string(glfw.X11_CLASS_NAME, "glimt")
             if window := glfw.create_window(max(width, 1), max(height, 1), title, None, None):
                 return window
         install = "; on Debian and Ubuntu: apt install libgl1 libgl1-mesa-dri" if sys.platform == "linux" else ""
         raise GlimtError(f"no OpenGL: {_last_error()}{install}; or without: {OTHER_WAYS}")
+
+
+def create_bare_window(width: int, height: int, title: str) -> Any:
+    """Create a hidden window of this size (of the screen's coordinates) that others than OpenGL draw.
+
+    Raises
+    ------
+    GlimtError
+        There is no display.
+    """
+    check_display()
+    with silence():
+        _hint()
+        glfw.window_hint(glfw.CLIENT_API, glfw.NO_API)
+        if window := glfw.create_window(max(width, 1), max(height, 1), title, None, None):
+            return window
+        raise GlimtError(f"no window: {_last_error()}; {OTHER_WAYS}")
+
+
+def _hint() -> None:
+    """Say how windows are created from now on."""
+    glfw.default_window_hints()
+    glfw.window_hint(glfw.VISIBLE, False)
+    glfw.window_hint(glfw.AUTO_ICONIFY, False)  # full screen stays when another screen gets the focus
+    glfw.window_hint_string(glfw.X11_CLASS_NAME, "glimt")
 
 
 def _last_error() -> str:
