@@ -40,11 +40,11 @@ class Display:
         rows = np.frombuffer(data, np.uint8, row * height, header_size + 12 * colors).reshape(height, row // 4, 4)
         return rows[:, :width, 2::-1]
 
-    def wait_for_pixels(self, expected, x=0, y=0, timeout=5):
-        """Wait until `expected`, (h, w, 3), is on the screen at (x, y), or fail."""
+    def wait_for_pixels(self, expected, x=0, y=0, timeout=5, within=0):
+        """Wait until `expected`, (h, w, 3), is on the screen at (x, y), give or take some codes, or fail."""
         height, width = expected.shape[:2]
         end = time.monotonic() + timeout
-        while not (same := np.array_equal(self.screenshot()[y:y + height, x:x + width], expected)):
+        while not (same := _differ_at_most(self.screenshot()[y:y + height, x:x + width], expected, within)):
             if time.monotonic() > end:
                 break
             time.sleep(0.02)
@@ -89,6 +89,10 @@ def xvfb(width=800, height=600, *options):
             number = answer.readline() if select.select([answer], [], [], 20)[0] else b""
         assert number.strip(), "Xvfb does not start"
         yield Display(f":{int(number)}", Path(folder) / "Xvfb_screen0")
+
+
+def _differ_at_most(one, other, most):
+    return one.shape == other.shape and np.abs(one.astype(int) - other).max() <= most
 
 
 def _stop(server):

@@ -46,6 +46,8 @@ def in_window(session: Session) -> None:
         if "make_screen" in given:
             _leave_pictures_on_gpu(viewer, canvas.screen)
         session.run(canvas, viewer, window.loop.run)
+        if canvas.error is not None:
+            raise canvas.error
     finally:
         canvas.close()
 

@@ -138,7 +138,8 @@ class Surface:
         """Draw over the whole window, which has so many pixels; return whether it could be drawn on just now."""
         gpu = self._device.gpu
         with self._device.doing("showing a picture"):
-            encoder = gpu.create_command_encoder()  # an error when the device is lost, before anything panics over it
+            gpu.create_command_encoder().finish()  # an error when the device is lost: wgpu would panic over the rest
+            encoder = gpu.create_command_encoder()
             self._context.set_physical_size(width, height)
             try:
                 target = self._context.get_current_texture().create_view()
@@ -174,4 +175,5 @@ def _texture(device: Device, size: tuple[int, int]) -> Any:
     usage = import_wgpu().TextureUsage
     with device.doing("making room for a picture"):
         return device.gpu.create_texture(label="picture", size=(*size, 1), format="rgba8unorm",
-                                         usage=usage.STORAGE_BINDING | usage.TEXTURE_BINDING | usage.COPY_DST)
+                                         usage=usage.STORAGE_BINDING | usage.TEXTURE_BINDING | usage.COPY_DST
+                                         | usage.COPY_SRC)

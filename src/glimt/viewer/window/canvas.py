@@ -17,7 +17,7 @@ import glfw
 from rendercanvas.contexts import BaseContext
 from rendercanvas.glfw import GlfwCanvasGroup, GlfwRenderCanvas
 
-from glimt.errors import EngineError
+from glimt.errors import EngineError, GlimtError
 from glimt.viewer.window.gl_screen import GlScreen
 from glimt.viewer.window.loop import loop
 
@@ -109,6 +109,8 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
     ----------
     on_lost : function
         Is called when the GPU fails that is to draw the window.
+    error : GlimtError, or None
+        Why the window closed by itself: no other could be opened.
 
     Raises
     ------
@@ -123,6 +125,7 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
                  make_screen: Callable[[tuple[int, int], str, bool], Screen] = GlScreen) -> None:
         self.screen = make_screen((int(size[0]), int(size[1])), title, vsync)
         self.on_lost: Callable[[], None] = lambda: None
+        self.error: GlimtError | None = None
         self._given = title, vsync
         self._needs_paint = False
         self._last_paint = 0.0
@@ -157,9 +160,13 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
         return {"method": "bitmap", "formats": ["rgba-u8"]} if "bitmap" in present_methods else None
 
     def _rc_present_bitmap(self, *, data: Any) -> None:
-        if not self.screen.can_show(data):
-            self._take_another_window()
-        self.screen.take(data)
+        try:
+            if not self.screen.can_show(data):
+                self._take_another_window()
+            self.screen.take(data)
+        except GlimtError as error:  # rendercanvas would write it to its log, and go on
+            self.error = error
+            self.close()
 
     def _rc_request_paint(self) -> None:
         self._paint()
@@ -203,18 +210,18 @@ class WindowCanvas(GlfwRenderCanvas):  # type: ignore[misc]
 
     def _take_another_window(self) -> None:
         """Go on, for pictures in memory, with another window where this one is."""
-        captured, fullscreen = self._pointer_captured, self.is_fullscreen
-        self.set_pointer_captured(False)
-        self.set_fullscreen(False)
-        self._release_all()
-        before = self.screen
-        self.screen = GlScreen(glfw.get_window_size(before.window), *self._given)
-        window = self._window = self.screen.window
-        for set_callback in _CALLBACKS:
-            set_callback(window, set_callback(before.window, None))
+        before, captured, fullscreen = self.screen, self._pointer_captured, self.is_fullscreen
         with silence():  # Wayland tells nobody where a window is
-            glfw.set_window_pos(window, *glfw.get_window_pos(before.window))
-        glfw.show_window(window)
+            left, top, width, height = self._windowed or (*glfw.get_window_pos(before.window),
+                                                          *glfw.get_window_size(before.window))
+            self.screen = GlScreen((width, height), *self._given)
+            glfw.set_window_pos(self.screen.window, left, top)
+        self.set_pointer_captured(False)
+        self._release_all()
+        self._window, self._windowed = self.screen.window, None
+        for set_callback in _CALLBACKS:
+            set_callback(self._window, set_callback(before.window, None))
+        glfw.show_window(self._window)
         before.close()
         glfw.destroy_window(before.window)
         self._prepare_pointer()

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.viewer.window.blit import Blitter
-from glimt.viewer.window.gl_window import create_gl_window
+from glimt.viewer.window.gl_window import create_gl_window, may_wait
 
 
 class GlScreen:
@@ -24,9 +24,7 @@ class GlScreen:
     def __init__(self, size: tuple[int, int], title: str, vsync: bool) -> None:
         self.window = create_gl_window(*size, title)
         glfw.make_context_current(self.window)
-        # On Wayland, the compositor shows whole pictures anyway, and waiting for one that is covered would not end.
-        wayland = hasattr(glfw, "get_platform") and glfw.get_platform() == glfw.PLATFORM_WAYLAND
-        glfw.swap_interval(1 if vsync and not wayland else 0)
+        glfw.swap_interval(1 if may_wait(vsync) else 0)
         self._blitter = Blitter()
 
     def can_show(self, picture: Any) -> bool:

@@ -79,6 +79,14 @@ def create_bare_window(width: int, height: int, title: str) -> Any:
         raise GlimtError(f"no window: {_last_error()}; {OTHER_WAYS}")
 
 
+def may_wait(vsync: bool) -> bool:
+    """Return whether showing a picture may wait for the screen; once there is a window.
+
+    On Wayland, the compositor shows whole pictures anyway, and waiting for one that is covered would not end.
+    """
+    return vsync and not (hasattr(glfw, "get_platform") and glfw.get_platform() == glfw.PLATFORM_WAYLAND)
+
+
 def _hint() -> None:
     """Say how windows are created from now on."""
     glfw.default_window_hints()

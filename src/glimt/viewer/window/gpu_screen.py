@@ -6,7 +6,7 @@ from rendercanvas.glfw import get_glfw_present_info
 
 from glimt.engines.gpu.device import Device
 from glimt.engines.gpu.display import GpuPicture, Surface
-from glimt.viewer.window.gl_window import create_bare_window
+from glimt.viewer.window.gl_window import create_bare_window, may_wait
 
 
 class GpuScreen:
@@ -34,7 +34,7 @@ class GpuScreen:
         EngineError
             Where it cannot show anything in this window.
         """
-        self._surface = Surface(device, {**get_glfw_present_info(self.window), "vsync": self._vsync})
+        self._surface = Surface(device, {**get_glfw_present_info(self.window), "vsync": may_wait(self._vsync)})
 
     def can_show(self, picture: Any) -> bool:
         """Return whether it is a picture on the GPU."""
