@@ -61,8 +61,9 @@ def _leave_pictures_on_gpu(viewer: Viewer, screen: Any) -> None:
         return
     with contextlib.suppress(EngineError):
         screen.open(device)
+        presenter = GpuPresenter(viewer.renderer.threads, device)
         viewer.presenter.close()
-        viewer.presenter = GpuPresenter(viewer.renderer.threads, device)
+        viewer.presenter = presenter
 
 
 def in_browser(session: Session, host: str = "127.0.0.1", port: int = 0, open_browser: bool = False,
