@@ -93,15 +93,14 @@ def test_stages_fill_a_frame_in_their_order(scene, threads):
 
 
 def test_stages_follow_the_work(scene):
-    """Fifteen lights more are shading; bounces are none where none are wanted."""
-    def shares(**changes):
-        changed = replace(scene, settings=replace(scene.settings, max_bounces=0), **changes)
-        film = Renderer(changed, engine="cpu", threads=1, options=EngineOptions(time_stages=True)).render()
-        return {stage: seconds / film.seconds for stage, seconds in film.stages.items()}
+    """Fifteen lights are much more to shade by than two."""
+    def shading(lights):
+        settings = replace(scene.settings, max_bounces=0)
+        renderer = Renderer(replace(scene, settings=settings, lights=lights), engine="cpu", threads=1,
+                            options=EngineOptions(time_stages=True))
+        return min(renderer.render().stages["shade"] for _ in range(8))  # the least: others may use the machine
 
-    few, many = shares(), shares(lights=[scene.lights[0]] * 15)
-    assert many["shade"] > few["shade"] > few["resolve"]
-    assert many["shade"] > 0.6
+    assert shading([scene.lights[0]] * 15) > 1.5 * shading(scene.lights)
 
 
 def test_stages_are_not_timed_unless_asked_for(usual):
