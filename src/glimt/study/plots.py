@@ -120,6 +120,8 @@ def _legend(name: str, law: Law | None) -> str:
 def _bars(axes: Any, rows: list[tuple[str, Point]]) -> None:
     for place, (_, point) in enumerate(rows):
         axes.barh(place, point.ms.value, color=_COLORS[0], alpha=0.75)
+        times = [time for block in point.times_ms for time in block]
+        axes.plot(times, [place] * len(times), ".", color=_COLORS[0], alpha=0.15, markersize=3)
         axes.errorbar(point.ms.value, place, xerr=[[point.ms.value - point.ms.lo], [point.ms.hi - point.ms.value]],
                       color="black", capsize=3)
 
