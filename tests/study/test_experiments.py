@@ -10,6 +10,7 @@ import closed_meshes
 import glimt
 from glimt.errors import GlimtError
 from glimt.renderer import Renderer
+from glimt.study import experiments
 from glimt.study.experiments import FIGURES, Study, all_mirrors, base_of, chosen_figures
 from glimt.study.vertices import finer, first_vertices, in_order, placed_vertices
 
@@ -149,6 +150,11 @@ def test_a_scene_of_one_mesh(tmp_path):
     assert [each.x for each in added][-1] == placed_vertices(one)
     assert len(added) >= 3
     assert curves(one, "instances")
+
+
+def test_a_scene_that_is_fine_enough_is_not_cut(room, monkeypatch):
+    monkeypatch.setattr(experiments, "_MOST_TRIANGLES", 100)
+    assert [each.x for each in curves(room, "vertices")["the same surfaces cut finer"]] == [990]
 
 
 @pytest.mark.parametrize(("text", "numbers"), [("3", [3]), ("10, 2,2", [2, 10]), (None, list(FIGURES))])

@@ -175,8 +175,11 @@ def _vertices(study: Study) -> Curves:
 
 def _finer(study: Study) -> Iterator[Setting]:
     scene, most = study.base, _MOST_TRIANGLES // 4 if study.quick else _MOST_TRIANGLES
-    while (count := placed_vertices(scene)) <= 3 * most:
+    while True:
+        count = placed_vertices(scene)
         yield Setting(count, f"{count:,}", scene)
+        if 4 * count > 3 * most:
+            return
         scene = finer(scene)
 
 
