@@ -91,12 +91,12 @@ def test_going_on_with_a_finished_study_measures_nothing(studied):
 
 
 def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path):
-    process = subprocess.Popen([*COMMAND, "--engine", "cpu", "--figures", "3,7", "--quick", "--seconds", "3"],
+    process = subprocess.Popen([*COMMAND, "--engine", "cpu", "--figures", "3,6", "--quick", "--seconds", "3"],
                                cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                encoding="utf-8", preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
     for line in process.stderr:
-        if line.startswith("figure 7"):
-            time.sleep(1.0)
+        if line.startswith("figure 6"):  # which takes some seconds to make its scenes
+            time.sleep(0.3)
             process.send_signal(signal.SIGINT)
             break
     out, err = process.communicate(timeout=120)
@@ -106,6 +106,23 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path):
     assert "figure 3, pixels" in out
     assert read(tmp_path / "study-stone_room" / "results.json").figures[0].complete
     assert (tmp_path / "study-stone_room" / "report.html").is_file()
+
+
+def test_ctrl_c_while_the_report_is_written(glimt, monkeypatch):
+    from glimt.study import output
+
+    def interrupted(folder, result):
+        raise KeyboardInterrupt
+
+    arguments = "study", "ball.toml", "--figures", "7", "--quick", "--seconds", "0.1", "--engine", "cpu"
+    with monkeypatch.context() as patch:
+        patch.setattr(output, "write_report", interrupted)
+        done = glimt(*arguments)
+    assert done.code == 130
+    assert done.err.endswith("interrupted: study-ball keeps the numbers; --resume writes the report\n")
+    assert not os.path.exists("study-ball/report.html")
+    assert glimt(*arguments, "--resume").code == 0
+    assert os.path.exists("study-ball/report.html")
 
 
 def test_comparing_two_results(glimt, studied, tmp_path):

@@ -77,7 +77,11 @@ def _measure(scene: Path | None, folder: Path | None, figures: str | None, engin
     if not result.figures:
         print("interrupted: nothing was measured yet", file=sys.stderr)
         raise typer.Exit(INTERRUPTED)
-    report = output.write_report(folder, result)
+    try:
+        report = output.write_report(folder, result)
+    except KeyboardInterrupt:
+        print(f"interrupted: {folder} keeps the numbers; --resume writes the report", file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
     for figure in result.figures:
         for note in figure.notes:
             print(f"figure {figure.number}: left out: {note}")
