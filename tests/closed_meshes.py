@@ -63,3 +63,12 @@ def inner_points(mesh, random, count):
     angle = random.uniform(0, 2 * np.pi, count)
     circle = np.stack([np.cos(angle), np.zeros(count), np.sin(angle)], 1)
     return circle + random.uniform(-0.15, 0.15, (count, 3))
+
+
+def rays_in_coordinate_planes(random, count):
+    """Return (origins, directions) of rays from near 0 with some coordinates 0, of either sign."""
+    origins = random.uniform(-0.5, 0.5, (count, 3)) * random.integers(0, 2, (count, 3))
+    directions = random.standard_normal((count, 3)) * random.integers(0, 2, (count, 3))
+    directions[~directions.any(1), 0] = -1
+    directions[directions == 0] *= random.choice([-1.0, 1.0], (directions == 0).sum())
+    return origins, directions

@@ -4,13 +4,12 @@ import numpy as np
 
 from glimt.engines import EngineOptions
 from glimt.film import Counters
+from glimt.layout import STAGES
 from glimt.scene.scene import Scene
 from glimt.study.experiments import FIGURES, Setting
 from glimt.study.figures import make_figure
 from glimt.study.measuring import Measurement
 from glimt.study.results import Machine, SceneFacts, StudyResult
-
-STAGES = ("create_rays", "intersect", "shade", "bounce", "resolve")
 
 
 def figure(number, curves, *, rays=None, stages=None, noise=0.002, rounds=8, complete=True, notes=()):

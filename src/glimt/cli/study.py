@@ -3,7 +3,7 @@
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -11,7 +11,7 @@ from glimt.cli import INTERRUPTED
 from glimt.cli.options import Engine
 from glimt.cli.outcome import WarningLog, outcome
 from glimt.cli.progress import ConsoleProgress, TimeLeft
-from glimt.errors import GlimtError
+from glimt.extras import need
 
 
 def study(
@@ -53,7 +53,7 @@ def study(
 
 def _compare(before: Path, after: Path, folder: Path) -> None:
     from glimt.study.results import read
-    output = _output()
+    output = need("glimt.study.output", "study")
     results = [read(before), read(after)]
     path = output.write_comparison(folder, list(zip(output.names_of(before, after), results, strict=True)))
     print(f"the report is {path}")
@@ -61,16 +61,16 @@ def _compare(before: Path, after: Path, folder: Path) -> None:
 
 def _measure(scene: Path | None, folder: Path | None, figures: str | None, engine: str, threads: int | None,
              quick: bool, seconds: float | None, brute_force: bool, resume: bool, overwrite: bool) -> None:
-    output = _output()  # before anything is measured: it may lack a package
+    output = need("glimt.study.output", "study")  # before anything is measured
+    from glimt.io.example import example_path
     from glimt.study.experiments import chosen_figures
     from glimt.study.run import QUICK_SECONDS, SECONDS, Order, run
-    path = scene or _stone_room()
+    path = scene or example_path("stone_room.toml")
     folder = folder or Path(f"study-{path.stem}")
     order = Order(path, folder, chosen_figures(figures), engine, threads, quick, brute_force,
                   seconds or (QUICK_SECONDS if quick else SECONDS), resume, overwrite,
                   command=shlex.join(["glimt", *sys.argv[1:]]))
-    log = WarningLog()
-    with log.collect(), TimeLeft() as left, ConsoleProgress() as progress:
+    with WarningLog().collect(), TimeLeft() as left, ConsoleProgress() as progress:
         from glimt.engines import begin_preparing
         begin_preparing(engine)
         result, complete = run(order, left, progress)
@@ -92,18 +92,3 @@ def _measure(scene: Path | None, folder: Path | None, figures: str | None, engin
         print(f"interrupted: {folder} keeps what is done; go on with --resume", file=sys.stderr)
         raise typer.Exit(INTERRUPTED)
 
-
-def _stone_room() -> Path:
-    from glimt.io.example import example_path
-    return example_path("stone_room.toml")
-
-
-def _output() -> Any:
-    """Return the module that writes reports, which needs Matplotlib."""
-    try:
-        from glimt.study import output
-    except ModuleNotFoundError as error:
-        if error.name != "matplotlib":
-            raise
-        raise GlimtError("this needs the package matplotlib: pip install 'glimt[study]'") from None
-    return output

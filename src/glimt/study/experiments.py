@@ -90,7 +90,7 @@ class Kind(NamedTuple):
 
 def base_of(scene: Scene) -> Scene:
     """Return the base configuration of a scene: 400×400 pixels, a sample each, no bounces; its lights and camera."""
-    base = replace(scene, settings=replace(scene.settings, width=SIDE, height=SIDE, samples=1, max_bounces=0))
+    base = with_settings(scene)
     base.camera = base.camera_or_framing()
     return base
 
@@ -191,11 +191,10 @@ def _threads(study: Study) -> Curves:
 
 
 def _instances(study: Study) -> Curves:
-    meshes = {thing.mesh: len(thing.mesh.triangles) for thing in in_order(study.base)}
+    meshes = [thing.mesh for thing in in_order(study.base)]
     if not meshes:
         raise GlimtError("the scene has no meshes")
-    outermost = in_order(study.base)[-1].mesh
-    mesh = max(meshes, key=lambda each: (each is not outermost or len(meshes) == 1, meshes[each]))
+    mesh = max(meshes, key=lambda each: (each is not meshes[-1], len(each.triangles)))
     return {f"instances of {mesh.name!r}, {len(mesh.triangles)} triangles": [
         Setting(count, f"{count:,}", scene)
         for count, scene in squares_of_instances(mesh, SIDE, 1024 if study.quick else 10_000)]}

@@ -47,11 +47,11 @@ def _draw(named: Named) -> Plot:
     kind = named[0][1].kind
     if kind == "curve":
         return _curves(named)
-    rows = [(_name(label, ""), point) for label, figure in named for series in figure.series for point in series.points]
+    rows = [(label, point) for label, figure in named for series in figure.series for point in series.points]
     plot = Plot(figsize=(8, 1.2 + 0.34 * max(3, len(rows))), layout="constrained")
     axes = plot.add_subplot()
     (_bars if kind == "bars" else _stacks)(axes, rows)
-    axes.set_yticks(range(len(rows)), [f"{point.label}{f' · {name}' if name else ''}" for name, point in rows])
+    axes.set_yticks(range(len(rows)), [_name(label, point.label) for label, point in rows])
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_xlim(left=0)
     axes.set_xlabel("frame time, ms (95 % interval)")

@@ -98,7 +98,6 @@ def _measure_all(order: Order, study: Study, result: StudyResult, path: Path, te
         results.write(path, result)
         if not figure.complete:
             return False
-    results.write(path, result)
     return True
 
 

@@ -4,8 +4,6 @@ from collections.abc import Callable
 
 from glimt.study.results import Figure, Law, Number, Point, Series
 
-_VARIABLES = {"pixels": "pixels", "bounces": "bounces", "lights": "lights", "vertices": "vertices",
-              "threads": "threads", "instances": "instances", "samples": "samples"}
 _SPREAD, _SMALL_SPREAD = 0.03, 0.2
 """Differences up to the first share of a time say nothing, and up to the second little: another run gives others."""
 _DYING = 1.5
@@ -26,10 +24,9 @@ def _curve(figure: Figure, series: Series) -> str:
     """Say how frame time grows, whether the paper agrees, and what the rays have to do with it."""
     if not series.law:
         return ""
-    law, variable = series.fitted(series.law), _VARIABLES[figure.name]
+    law = series.fitted(series.law)
     assert law is not None
-    agrees = _against_paper(figure, series)
-    return f"{_growth(law, series, variable)}{agrees}. {_rays(series)}".strip()
+    return f"{_growth(law, series, figure.name)}{_against_paper(figure, series)}. {_rays(series)}"
 
 
 def _growth(law: Law, series: Series, variable: str) -> str:

@@ -7,9 +7,9 @@ from typing import Any
 from weakref import WeakSet
 
 from glimt.errors import GlimtError
+from glimt.extras import need
 from glimt.viewer.screenshot import finest_png
 from glimt.viewer.session import Session
-from glimt.viewer.show import need
 
 
 def in_notebook() -> bool:

@@ -1,7 +1,6 @@
 """The places where a scene can be looked at: a window, a browser, a terminal."""
 
 import contextlib
-import importlib
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -9,20 +8,11 @@ from typing import Any
 
 from glimt.engines.choice import choose_engine
 from glimt.errors import EngineError, GlimtError
+from glimt.extras import need
 from glimt.viewer.keys import help_table
 from glimt.viewer.overlay.text_overlay import TextOverlay
 from glimt.viewer.session import CanvasHost, Session
 from glimt.viewer.viewer import Viewer
-
-
-def need(module: str, extra: str) -> Any:
-    """Return a module of ours that needs packages of an extra; an error that names it when they are not there."""
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        if (error.name or "").startswith("glimt"):
-            raise
-        raise GlimtError(f"this needs the package {error.name}: pip install 'glimt[{extra}]'") from None
 
 
 def in_window(session: Session) -> None:

@@ -67,8 +67,4 @@ def test_size_does_not_matter(scale):
 def test_rays_in_coordinate_planes_do_not_escape_a_symmetric_mesh():
     """Vertices, edges and sides of boxes lie in the planes x = 0, y = 0 and z = 0, and so do the rays."""
     mesh, random = closed_meshes.icosphere(4), np.random.default_rng(8)
-    origins = random.uniform(-0.5, 0.5, (100_000, 3)) * random.integers(0, 2, (100_000, 3))
-    directions = random.standard_normal((100_000, 3)) * random.integers(0, 2, (100_000, 3))
-    directions[~directions.any(1), 0] = -1
-    directions[directions == 0] *= random.choice([-1.0, 1.0], (directions == 0).sum())
-    assert escaped(Scene().add(mesh), origins, directions) == (0, 0)
+    assert escaped(Scene().add(mesh), *closed_meshes.rays_in_coordinate_planes(random, 100_000)) == (0, 0)
