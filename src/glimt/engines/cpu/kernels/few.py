@@ -13,13 +13,12 @@ from glimt.engines.cpu.kernels.block import HIT, RAY, SLOTS, first_packet, lanes
 from glimt.engines.cpu.kernels.hit import block, hit_at, store_hit
 from glimt.engines.cpu.kernels.packet import ANY_AXIS, other_axes, permute, rays_at
 from glimt.engines.cpu.kernels.ray import keep
-from glimt.engines.cpu.kernels.triangle import edges, meeting, triangle_leaf
+from glimt.engines.cpu.kernels.triangle import AXIS, CORNER, edges, meeting, sheared, triangle_leaf
 from glimt.kernel import inline, routine
 from glimt.lanes import (
     LANES,
     bits,
     count_trailing_zeros,
-    fma,
     from_bits,
     load,
     load4_repeated,
@@ -34,13 +33,11 @@ from glimt.lanes import (
     store,
     vector3,
 )
-from glimt.layout import BOX_SLACK, LEAF_SIZE, LEAF_STEP, TRIANGLE_BLOCK
+from glimt.layout import BOX_SLACK, LEAF_STEP, TRIANGLE_BLOCK
 
 _AT_ONCE = LANES // 4
 """Rays that are tested at once."""
 
-_AXIS = np.int64(LEAF_SIZE)
-_CORNER = np.int64(3 * LEAF_SIZE)
 _FIRST_TRIANGLES = np.int32(0x1111)
 """The first triangle's lane of each ray."""
 _FOUND = 3 * LANES
@@ -61,7 +58,7 @@ class Shears(NamedTuple):
     axis: object
     longest: object
     shear: object
-    origin: object
+    shear_origin: object
 
 
 @inline
@@ -75,14 +72,13 @@ def _corner(words, at, rays):
     """Return the same corner of four triangles as `triangle._corner` does."""
     if rays.axis == ANY_AXIS:
         turned = permute(rays.longest == 0, rays.longest == 1,
-                         vector3(load4_repeated(words, at), load4_repeated(words, at + _AXIS),
-                                 load4_repeated(words, at + 2 * _AXIS)))
+                         vector3(load4_repeated(words, at), load4_repeated(words, at + AXIS),
+                                 load4_repeated(words, at + 2 * AXIS)))
     else:
         x, y = other_axes(rays.axis)
-        turned = vector3(load4_repeated(words, at + x * _AXIS), load4_repeated(words, at + y * _AXIS),
-                         load4_repeated(words, at + rays.axis * _AXIS))
-    p = turned - rays.origin
-    return vector3(fma(-rays.shear.x, p.z, p.x), fma(-rays.shear.y, p.z, p.y), p.z)
+        turned = vector3(load4_repeated(words, at + x * AXIS), load4_repeated(words, at + y * AXIS),
+                         load4_repeated(words, at + rays.axis * AXIS))
+    return sheared(turned, rays)
 
 
 @inline
@@ -101,8 +97,8 @@ def _leaf_of_few(words, inst, code, rays, hits, slot, lanes, occlusion):
         here = Shears(axis, shuffle(load_int(rays, RAY.longest + slot), index),
                       _each_in_four(rays, RAY.shear + slot, index), _each_in_four(rays, RAY.shear_origin + slot, index))
         limit = shuffle(load(hits, HIT.t + slot), index)
-        a, b = _corner(words, base, here), _corner(words, base + _CORNER, here)
-        c = _corner(words, base + 2 * _CORNER, here)
+        a, b = _corner(words, base, here), _corner(words, base + CORNER, here)
+        c = _corner(words, base + 2 * CORNER, here)
         wa, wb, wc, between = edges(a, b, c)
         inside &= bits(between)
         if inside:

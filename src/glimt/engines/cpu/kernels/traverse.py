@@ -341,7 +341,7 @@ def _try_leaf(scene, inst, leaf, bundle, packets):
         _sphere(scene, inst, record, bundle, packets)
     else:
         meet_leaf(scene, inst, leaf, _in_space_of(scene, record, bundle, packets), all_lanes_of(packets),
-                   np.float32(0))
+                  np.float32(0))
     left = np.int32(0)
     while packets:
         if any_lane(load(bundle.hits, HIT.t + first_slot(packets)) > 0.0):

@@ -8,8 +8,15 @@ from glimt.kernel import inline
 from glimt.lanes import any_lane, difference, fma, maximum, minimum, product, reciprocal, scalar, scalar_int, vector3
 from glimt.layout import LEAF_SIZE, LEAF_STEP, TRIANGLE_BLOCK
 
-_AXIS = np.int64(LEAF_SIZE)  # words from x to y and from y to z in a block
-_CORNER = np.int64(3 * LEAF_SIZE)
+AXIS = np.int64(LEAF_SIZE)  # words from x to y and from y to z in a block
+CORNER = np.int64(3 * LEAF_SIZE)
+
+
+@inline
+def sheared(turned, rays):
+    """Return a corner that was turned as rays are, relative to their origin and sheared as they are."""
+    p = turned - rays.shear_origin
+    return vector3(fma(-rays.shear.x, p.z, p.x), fma(-rays.shear.y, p.z, p.y), p.z)
 
 
 @inline
@@ -17,13 +24,12 @@ def _corner(words, at, rays):
     """Return a corner relative to the origin, turned and sheared so that the ray is the z axis; z not yet scaled."""
     if rays.axis == ANY_AXIS:
         turned = permute(rays.longest_x, rays.longest_y,
-                         vector3(scalar(words, at), scalar(words, at + _AXIS), scalar(words, at + 2 * _AXIS)))
+                         vector3(scalar(words, at), scalar(words, at + AXIS), scalar(words, at + 2 * AXIS)))
     else:
         x, y = other_axes(rays.axis)
-        turned = vector3(scalar(words, at + x * _AXIS), scalar(words, at + y * _AXIS),
-                         scalar(words, at + rays.axis * _AXIS))
-    p = turned - rays.shear_origin
-    return vector3(fma(-rays.shear.x, p.z, p.x), fma(-rays.shear.y, p.z, p.y), p.z)
+        turned = vector3(scalar(words, at + x * AXIS), scalar(words, at + y * AXIS),
+                         scalar(words, at + rays.axis * AXIS))
+    return sheared(turned, rays)
 
 
 @inline
@@ -72,8 +78,8 @@ def triangle_leaf(scene, inst, code, rays, hit, occlusion):
     base = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
     for j in range(code % LEAF_STEP):
         a = _corner(words, base + j, rays)
-        b = _corner(words, base + _CORNER + j, rays)
-        c = _corner(words, base + 2 * _CORNER + j, rays)
+        b = _corner(words, base + CORNER + j, rays)
+        c = _corner(words, base + 2 * CORNER + j, rays)
         wa, wb, wc, inside = edges(a, b, c)
         inside = inside & (hit.t > 0.0)
         if any_lane(inside):
