@@ -3,75 +3,73 @@
 import sys
 import time
 from types import TracebackType
-from typing import Any
+from typing import Any, Self
 
 _DELAY = 0.5
 _INTERVAL = 0.1
 
 
-class ConsoleProgress:
+class _Bar:
+    """A bar on stderr, from when it is first shown to the end of the block."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+        self._shown = 0.0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def _show(self, text: str, share: float) -> None:
+        """Show a text and a share, 0 to 1, unless that was done just now."""
+        now = time.monotonic()
+        if now - self._shown < _INTERVAL:
+            return
+        self._shown = now
+        if self._bar is None:
+            self._bar = _start_bar()
+        self._bar.update(self._bar.task_ids[0], description=text, completed=share, refresh=True)
+
+
+class ConsoleProgress(_Bar):
     """A progress callback that shows a bar, on a terminal and only once the work has taken half a second.
 
     That kernels are compiled is said in any case, once, so that nobody wonders about the first run.
     """
 
     def __init__(self) -> None:
-        self._started = self._shown = time.monotonic()
+        super().__init__()
+        self._started = time.monotonic()
         self._told_of_compiling = False
-        self._bar: Any = None
-
-    def __enter__(self) -> "ConsoleProgress":
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
-        if self._bar is not None:
-            self._bar.stop()
 
     def __call__(self, stage: str, fraction: float) -> None:
         """Show that `fraction` (0 to 1) of `stage` is done."""
         if stage.startswith("compiling") and not self._told_of_compiling:
             self._told_of_compiling = True
             print(stage, file=sys.stderr, flush=True)
-        now = time.monotonic()
-        if now - self._started < _DELAY or now - self._shown < _INTERVAL or not sys.stderr.isatty():
-            return
-        self._shown = now
-        if self._bar is None:
-            self._bar = _start_bar()
-        self._bar.update(self._bar.task_ids[0], description=stage, completed=fraction, refresh=True)
+        if time.monotonic() - self._started >= _DELAY and sys.stderr.isatty():
+            self._show(stage, fraction)
 
 
-class TimeLeft:
+class TimeLeft(_Bar):
     """Shows how far a long measurement is and how much time is left, on a terminal; elsewhere a line for each part."""
 
     def __init__(self) -> None:
-        self._bar: Any = None
-        self._last, self._shown = "", 0.0
-
-    def __enter__(self) -> "TimeLeft":
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
-                 trace: TracebackType | None) -> None:
-        if self._bar is not None:
-            self._bar.stop()
+        super().__init__()
+        self._last = ""
 
     def __call__(self, text: str, share: float, seconds: float) -> None:
         """Show that `share` (0 to 1) is done, `text` under way, and about so many seconds left."""
-        if not sys.stderr.isatty():
-            if text != self._last:
-                print(f"{text}, about {_readable(seconds)} left", file=sys.stderr, flush=True)
-            self._last = text
-            return
-        now = time.monotonic()
-        if now - self._shown < _INTERVAL and share < 1:
-            return
-        self._shown = now
-        if self._bar is None:
-            self._bar = _start_bar()
-        self._bar.update(self._bar.task_ids[0], description=f"{text}, about {_readable(seconds)} left",
-                         completed=share, refresh=True)
+        line = f"{text}, about {_readable(seconds)} left"
+        if sys.stderr.isatty():
+            self._show(line, share)
+        elif text != self._last:
+            print(line, file=sys.stderr, flush=True)
+        self._last = text
 
 
 def _readable(seconds: float) -> str:
