@@ -25,15 +25,17 @@ def in_window(session: Session) -> None:
     """
     from glimt.viewer.window import canvas as window
 
-    given: dict[str, Any] = {"size": session.window_size, "title": session.title, "max_fps": session.max_fps}
-    if choose_engine(session.engine).engine == "gpu":
+    screen: Any = window.GlScreen
+    on_gpu = choose_engine(session.engine).engine == "gpu"
+    if on_gpu:
         from glimt.viewer.window.gpu_screen import GpuScreen
 
-        given["make_screen"] = GpuScreen
-    canvas = window.WindowCanvas(**given)
+        screen = GpuScreen
+    canvas = window.WindowCanvas(size=session.window_size, title=session.title, max_fps=session.max_fps,
+                                 make_screen=screen)
     try:
         viewer = session.viewer(CanvasHost(canvas, window.loop.call_soon_threadsafe))
-        if "make_screen" in given:
+        if on_gpu:
             _leave_pictures_on_gpu(viewer, canvas.screen)
         session.run(canvas, viewer, window.loop.run)
         if canvas.error is not None:

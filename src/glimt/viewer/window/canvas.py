@@ -21,7 +21,7 @@ from glimt.errors import EngineError, GlimtError
 from glimt.viewer.window.gl_screen import GlScreen
 from glimt.viewer.window.loop import loop
 
-__all__ = ["WindowCanvas", "loop"]
+__all__ = ["GlScreen", "WindowCanvas", "loop"]
 
 _REPAINT_INTERVAL = 0.01
 """Seconds between repaints that the system asks for, so that a hundred uncovered rectangles are not a hundred."""

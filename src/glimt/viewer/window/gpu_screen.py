@@ -10,15 +10,7 @@ from glimt.viewer.window.gl_window import create_bare_window, may_wait
 
 
 class GpuScreen:
-    """A hidden window that a GPU will draw, and what it shows; black up to then.
-
-    Parameters
-    ----------
-    size : (width, height) in the screen's coordinates
-    title : str
-    vsync : bool
-        Whether showing a picture waits for the screen, which keeps it in one piece.
-    """
+    """A hidden window that a GPU will draw, and what it shows; black up to then. It is made like a `GlScreen`."""
 
     def __init__(self, size: tuple[int, int], title: str, vsync: bool) -> None:
         self.window = create_bare_window(*size, title)
