@@ -117,8 +117,7 @@ class GpuEngine:
                     left.put_back(area)
                     continue
                 totals, done = totals + taken[0], left.done
-                for stage, seconds in taken[1].items():
-                    stages[stage] = stages.get(stage, 0.0) + seconds
+                _add(taken[1], stages)
             stop_if_cancelled()
         self.visits = {"nodes": totals[COUNTER.nodes:][:3], "blocks": totals[COUNTER.blocks:][:3]}
         counters = Counters(width * height * grid * grid, int(totals[COUNTER.shadow]),
@@ -266,8 +265,7 @@ class GpuEngine:
                 return None
             totals += self._run_sample(sample, self._capacity(area), max_bounces,
                                        bring if sample == samples - 1 else None)
-            for stage, seconds in self._timer.seconds().items():  # there already, with the counters
-                stages[stage] = stages.get(stage, 0.0) + seconds
+            _add(self._timer.seconds(), stages)  # there already, with the counters
         return totals, stages
 
     def _run_sample(self, sample: int, capacity: int, max_bounces: int,
@@ -304,6 +302,12 @@ class GpuEngine:
         seconds = self._clock() - start
         self._pace.learn(capacity, seconds)
         self._too_slow = seconds > LONGEST_SECONDS
+
+
+def _add(more: dict[str, float], totals: dict[str, float]) -> None:
+    """Add seconds by stage to those of before."""
+    for stage, seconds in more.items():
+        totals[stage] = totals.get(stage, 0.0) + seconds
 
 
 assert set(_SHOWS) == set(get_args(DebugView)), "a debug view that debug.wgsl does not know"
