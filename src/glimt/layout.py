@@ -142,6 +142,9 @@ COUNTER_STRIDE = np.int64(16)
 """Each thread counts in int64s of its own, two cache lines apart: rays by kind, and samples that were not finite; then
 whether stages are to be timed, and the ticks of each."""
 
+TILE, PACKETS = 16, 4
+"""Pixels along the side of a tile, the piece of a picture that a thread of the CPU takes at once, and packets that
+travel together; where nobody says otherwise."""
 NEXT_TILE, CANCEL, TILE_SIDE, TOGETHER = np.int64(0), np.int64(8), np.int64(9), np.int64(10)
 """Places in the int64s that threads share: the number of the next tile, whether to stop, and how work is divided, by
 pixels along a tile and packets that travel together."""

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from glimt.layout import PACKETS, TILE
+
 
 class EngineOptions(NamedTuple):
     """The ways an engine can make the same picture.
@@ -21,8 +23,8 @@ class EngineOptions(NamedTuple):
         CPU: measure `Film.stages`; a GPU that has timestamps always does.
     """
 
-    tile: int = 16
-    packets: int = 4
+    tile: int = TILE
+    packets: int = PACKETS
     group: tuple[int, int] = (8, 8)
     brute_force: bool = False
     time_stages: bool = False

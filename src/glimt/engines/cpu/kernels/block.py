@@ -11,8 +11,8 @@ import numpy as np
 
 from glimt.kernel import inline
 from glimt.lanes import LANES, count_trailing_zeros, from_bits, scalar_int, stack_floats, stack_ints
+from glimt.layout import PACKETS
 
-PACKETS = 4
 SLOTS = PACKETS * LANES
 """Rays in a block."""
 

@@ -3,7 +3,6 @@
 import numpy as np
 
 from glimt.color import filmic
-from glimt.engines.cpu.kernels.tile import TILE
 from glimt.kernel import inline
 from glimt.lanes import (
     LANES,
@@ -21,7 +20,7 @@ from glimt.lanes import (
     select,
     store,
 )
-from glimt.layout import VIEW
+from glimt.layout import TILE, VIEW
 
 _STRIDE = (TILE + 4 + LANES - 1) // LANES * LANES
 _PLANE = (TILE + 4) * _STRIDE

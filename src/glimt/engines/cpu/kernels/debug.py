@@ -20,7 +20,7 @@ from glimt.engines.cpu.kernels.occluder import forget_occluders
 from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
 from glimt.engines.cpu.kernels.resolve import begin_pixels, store_pixel
 from glimt.engines.cpu.kernels.shade import put_shadow_rays
-from glimt.engines.cpu.kernels.tile import TILE, take_tile
+from glimt.engines.cpu.kernels.tile import take_tile
 from glimt.engines.cpu.kernels.traverse import OCCLUSION, TRACE, trace
 from glimt.kernel import calls, inline, kernel
 from glimt.lanes import (
@@ -39,7 +39,7 @@ from glimt.lanes import (
     store3,
     vector3,
 )
-from glimt.layout import CANCEL, MISS, VIEW
+from glimt.layout import CANCEL, MISS, TILE, VIEW
 
 DEPTH, BARYCENTRICS, INSTANCES, NORMALS, SHADOWS = range(5)
 """What `debug_tiles` may be asked for."""

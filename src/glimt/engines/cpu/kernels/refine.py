@@ -23,7 +23,7 @@ from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH, p
 from glimt.engines.cpu.kernels.occluder import forget_occluders
 from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
 from glimt.engines.cpu.kernels.resolve import begin_pixels, finite_samples, store_pixel
-from glimt.engines.cpu.kernels.tile import TILE, take_tile
+from glimt.engines.cpu.kernels.tile import take_tile
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.kernel import calls, inline, kernel
 from glimt.lanes import (
@@ -53,7 +53,7 @@ from glimt.lanes import (
     store_scalar,
     vector3,
 )
-from glimt.layout import CANCEL, VIEW
+from glimt.layout import CANCEL, TILE, VIEW
 
 GRID = 4
 """A pixel has up to GRID×GRID samples, in rounds of one for each row and each column."""

@@ -1,11 +1,8 @@
-"""Tiles of a picture, handed out by an atomic counter."""
+"""Tiles of a picture, handed out by an atomic counter: what one thread alone writes to."""
 
 from glimt.kernel import inline
 from glimt.lanes import atomic_add
-from glimt.layout import NEXT_TILE
-
-TILE = 16
-"""Pixels along a tile's side, unless a frame is told otherwise: a unit of work, and what one thread alone writes to."""
+from glimt.layout import NEXT_TILE, TILE
 
 
 @inline

@@ -14,8 +14,8 @@ from glimt.engines.cpu.kernels.block import (
     packets_of,
     without_packet,
 )
-from glimt.engines.cpu.kernels.few import meet_leaf
 from glimt.engines.cpu.kernels.hit import hit_at, store_hit
+from glimt.engines.cpu.kernels.leaf import meet_leaf
 from glimt.engines.cpu.kernels.packet import interval, rays_at, set_up
 from glimt.engines.cpu.kernels.single import leave_nothing, leave_to, new_pending, prefetch_subtree, walk_pending
 from glimt.engines.cpu.kernels.sphere import sphere_hit

@@ -15,7 +15,7 @@ from glimt.engines.cpu.kernels.packet import fill_idle, rays_at, set_up
 from glimt.engines.cpu.kernels.ray import leaf, put_single
 from glimt.engines.cpu.kernels.single import Pending, push
 from glimt.engines.cpu.kernels.sphere import sphere_hit
-from glimt.engines.cpu.kernels.tile import TILE, take_tile
+from glimt.engines.cpu.kernels.tile import take_tile
 from glimt.engines.cpu.kernels.traverse import Bundle, to_object
 from glimt.kernel import inline, kernel, routine
 from glimt.lanes import (
@@ -31,7 +31,7 @@ from glimt.lanes import (
     stack_ints,
     store_scalar,
 )
-from glimt.layout import BOX_SLACK, CANCEL, INSTANCE, INSTANCE_BLOCK, LEAF_STEP, SPHERE_KIND, STACK_SIZE
+from glimt.layout import BOX_SLACK, CANCEL, INSTANCE, INSTANCE_BLOCK, LEAF_STEP, SPHERE_KIND, STACK_SIZE, TILE
 
 _STACK_WORDS = 2 * STACK_SIZE + 16
 """A mesh is walked on top of what is left of the scene's tree; eight children are stored at a time."""
