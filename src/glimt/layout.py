@@ -78,6 +78,10 @@ INSTANCE = _struct("Instance", kind="i", root="i", first_triangle="i", material=
 without normals, `identity` is 1 when both matrices change nothing, `extent` is the size of the world box; `center`
 and `radius` are a sphere's."""
 
+PLACEMENT = _struct("Placement", world_to_object="12f", inst="i", root="i", kind="i", unused="i")
+"""What a ray on a GPU has to know of an instance: a leaf of the scene's tree there. The first four words of a sphere
+are its center and radius."""
+
 SPAN = _struct("Span", first_block="i", blocks="i")
 """The leaves of an instance's mesh, which lie side by side; none for a sphere."""
 
@@ -100,14 +104,14 @@ what radiance is multiplied by, and 1 for the filmic tone curve."""
 
 FRAME = _struct("Frame", width="f", height="f", first_column="i", first_row="i", columns="i", rows="i", capacity="i",
                 shift_x="f", shift_y="f", spread="f", sample="i", depth="i", max_bounces="i", half="i", light_count="i",
-                scene_root="i", scene_leaves="i", instances="i", materials="i", textures="i", levels="i", lights="i",
-                triangles="i", vertices="i", tangents="i", tints="i", spans="i", span_count="i", shows="i", view="21f",
-                unused="14f")
+                scene_root="i", placements="i", instances="i", materials="i", textures="i", levels="i", lights="i",
+                triangles="i", vertices="i", tangents="i", tints="i", spans="i", placement_count="i", shows="i",
+                view="21f", unused="14f")
 """What one dispatch on a GPU is told: columns and rows of a picture of `width` by `height`, which sample and bounce,
 which half of the paths is read, and where each kind of record begins in its buffer, in words. 256 bytes, as dynamic
 offsets want it."""
-PATH = _struct("Path", origin="3f", direction="3f", throughput="f", travelled="f", pixel="i", t="f", u="f", v="f",
-               prim="i", inst="i", reflectivity="f", unused="i")
+PATH = _struct("Path", origin="3f", t="f", direction="3f", pixel="i", u="f", v="f", prim="i", inst="i", throughput="f",
+               travelled="f", reflectivity="f", unused="i")
 """A ray on a GPU, and what it has hit. After shading: the mirror ray."""
 COUNTER = _struct("Counter", shadow="i", non_finite="i", nodes="3i", blocks="3i", paths="i")
 """Counts of a GPU: shadow rays, samples that were not finite, nodes and triangle blocks visited by primary, shadow and
@@ -115,6 +119,9 @@ mirror rays; then paths by depth."""
 
 MESH_KIND, SPHERE_KIND = np.int32(0), np.int32(1)
 POINT_LIGHT, SPOT_LIGHT, DIRECTIONAL_LIGHT = np.int32(0), np.int32(1), np.int32(2)
+
+WALK_OF_MANY, WALK_OF_ONE, WALK_WITHOUT_TREES = np.int32(0), np.int32(1), np.int32(2)
+"""How a GPU finds what a ray hits: by the scene's tree, by that of the only instance, or by testing everything."""
 
 MISS = np.int32(-1)
 """`inst` of a ray that left the scene (0xFFFFFFFF as unsigned)."""

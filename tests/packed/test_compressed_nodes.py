@@ -182,7 +182,7 @@ def test_a_scene_of_nothing(name):
     assert (compressed_children(trees.tlas_nodes).codes == EMPTY).all()
     assert (compressed_children(trees.blas_nodes).codes == EMPTY).all()
     assert [len(array) for array in trees[:5]] == [COMPRESSED_NODE.words, TRIANGLE_BLOCK.words, COMPRESSED_NODE.words,
-                                                   1, 1]
+                                                   0, 1]
     assert trees.roots[0] == -1
 
 

@@ -57,14 +57,14 @@ class CompressedTree(NamedTuple):
 
 
 class CompressedTrees(NamedTuple):
-    """The trees of a scene; no array is empty.
+    """The trees of a scene; no array of nodes or blocks is empty.
 
     blas_nodes, tlas_nodes : uint32
         COMPRESSED_NODE words. The root of the scene's tree is node 0.
     blas_blocks : uint32
         TRIANGLE_BLOCK words in the order of leaves.
     tlas_instances : (b,) int32
-        The instance in each leaf of the scene's tree: its `block_base` counts here.
+        The instance in each leaf of the scene's tree: its `block_base` counts here. Empty for a scene without any.
     roots : (i,) int32
         The root of the mesh of each instance record, -1 for a sphere.
     blas_depth, tlas_depth : int
@@ -98,15 +98,13 @@ def compress(scene: PackedScene, before: CompressedTrees | None = None) -> Compr
     old_roots, which = np.unique(records["root"][placed], return_inverse=True)
     roots = np.full(len(records), -1, np.int32)
     roots[placed] = which
-    tlas_instances = instances if instances.size else np.zeros(1, np.int32)
     if before:
-        return before._replace(tlas_nodes=upper.nodes, tlas_instances=tlas_instances, roots=roots,
-                               tlas_depth=upper.depth)
+        return before._replace(tlas_nodes=upper.nodes, tlas_instances=instances, roots=roots, tlas_depth=upper.depth)
     lower = compress_tree(scene.blas_nodes, old_roots)
     blocks = scene.blas_blocks.view(np.uint32).reshape(-1, TRIANGLE_BLOCK.words)[lower.blocks].ravel()
     return CompressedTrees(
         blas_nodes=lower.nodes, blas_blocks=blocks if blocks.size else np.zeros(TRIANGLE_BLOCK.words, np.uint32),
-        tlas_nodes=upper.nodes, tlas_instances=tlas_instances, roots=roots,
+        tlas_nodes=upper.nodes, tlas_instances=instances, roots=roots,
         blas_depth=lower.depth, tlas_depth=upper.depth)
 
 

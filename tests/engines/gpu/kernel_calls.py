@@ -38,11 +38,11 @@ fn call(@builtin(global_invocation_id) id: vec3<u32>) {
 """
 
 
-def both_answers(scene, lanes_body, wgsl_body, given, planes):
+def both_answers(scene, lanes_body, wgsl_body, given, planes, wgsl_functions=""):
     """Return what the two say, (planes, n) float32 each, CPU first; `given` is (k, n), n a multiple of 64."""
     given = np.ascontiguousarray(given, np.float32)
     assert given.shape[1] % GROUP == 0
-    return _on_lanes(scene, lanes_body, given, planes), on_invocations(scene, wgsl_body, given, planes)
+    return _on_lanes(scene, lanes_body, given, planes), on_invocations(scene, wgsl_body, given, planes, wgsl_functions)
 
 
 def _on_lanes(scene, body, given, planes):
@@ -62,16 +62,17 @@ def _on_lanes(scene, body, given, planes):
     return answers
 
 
-def on_invocations(scene, body, given, planes):
+def on_invocations(scene, body, given, planes, functions=""):
     """Run a WGSL body with `value`, `vector`, `put` and `put_vector` for the planes of one invocation."""
     engine, renderer, count = shared_engine(), on_gpu(scene), given.shape[1]
     renderer._upload(0.0)
     engine._tell(renderer._view(), (1, 1), Area(0, 0, 1, 1), 1, 0)
     device = engine._device
-    text = f"const COUNT = {count}u;\n{_ENTRY.replace('BODY', body)}"
-    if ("module", "", text) not in device.kept:
-        device.kept["module", "", text] = compile_parts(
-            device, [layout_constants(), Part("declarations", engine._stages._text), *map(kernel, STEMS),
+    text = f"const COUNT = {count}u;\n{functions}{_ENTRY.replace('BODY', body)}"
+    declarations = engine._stages.declarations
+    if ("module", declarations, text) not in device.kept:
+        device.kept["module", declarations, text] = compile_parts(
+            device, [layout_constants(), Part("declarations", declarations), *map(kernel, STEMS),
                      Part("call.wgsl", text)])
     bindings = Bindings(device, [(0, "frame"), *((k, "read") for k in range(1, len(_NAMED))), (10, "read"),
                                  (11, "write")])
@@ -79,8 +80,8 @@ def on_invocations(scene, body, given, planes):
     source.upload(given)
     group = bindings.group([*(engine._buffers[name] for name in _NAMED), source, result])
     commands, answers = Commands(device, download), np.empty((planes, count), np.float32)
-    commands.dispatch("call", pipeline(device, [text], "call", [bindings.layout]), [group], (count // GROUP, 1, 1),
-                      frame=0)
+    called = pipeline(device, [text], "call", [bindings.layout], declarations=declarations)
+    commands.dispatch("call", called, [group], (count // GROUP, 1, 1), frame=0)
     download.want(result, answers)
     commands.submit()
     download.take()

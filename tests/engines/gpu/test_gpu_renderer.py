@@ -164,6 +164,24 @@ def test_rays_that_look_nowhere_and_none_at_all():
     assert [part.shape for part in renderer._engine.find_hits(rays[:, :0])] == [(0,)] * 5
 
 
+def test_rays_from_so_far_that_every_box_may_be_met():
+    """Also boxes inside out, of children that are not there."""
+    scene = Scene().add(*(Sphere((0.3 * k, 0, 0), 0.1) for k in range(11)), Instance(_grid(3)))
+    ways = linalg.normalize(np.random.default_rng(3).normal(size=(256, 3)))
+    far = np.concatenate([2e7 * ways, -ways, np.full((256, 1), np.inf)], 1).astype(np.float32).T
+    near = np.concatenate([4 * ways, -ways, np.full((256, 1), np.inf)], 1).astype(np.float32).T
+    renderer, other = on_gpu(scene), on_cpu(scene)
+    renderer.render()
+    other.render()
+    got, wanted = (one._engine.find_hits(near).inst for one in (renderer, other))
+    assert len(set(wanted.tolist())) > 5
+    assert (got == wanted).mean() > 0.99
+    got, wanted = (one._engine.find_hits(far).inst for one in (renderer, other))  # all at the same t, give or take 2
+    assert 0.1 < (wanted != MISS).mean() < 1
+    assert ((got == MISS) == (wanted == MISS)).mean() > 0.95
+    assert ((got == MISS) | (got < 12)).all()
+
+
 def test_an_engine_without_a_scene_says_so():
     engine = GpuEngine()
     view, tints = np.zeros(21, np.float32), np.zeros((0, 3), np.float32)

@@ -26,12 +26,14 @@ NEEDED = {
     "material_eval", "sample_texture", "surface_at", "above", "mirror_direction", "bounce", "resolve", "intersect",
     "edges", "meeting", "triangle_leaf", "set_up", "walk_mesh", "walk_scene"}
 OF_THE_GPU = {
-    "traverse": {"bytes_of", "exponent_scale", "meet", "least", "child", "pop", "descend", "enter_instance",
-                 "closest_hit", "occluded"},
+    "create_rays": {"place_in_tile"},
+    "triangle": {"least"},
+    "traverse": {"bytes_of", "exponent_scale", "ordered", "meet", "greatest", "child", "pop", "is_done", "descend",
+                 "placement", "enter_instance", "closest_hit", "occluded"},
     "debug": {"reaching", "numbers_of", "debug"},
 }
-"""Functions without a twin: compressed nodes; one instance and one ray at a time; debug views, which have kernels of
-another make."""
+"""Functions without a twin: pixels in the order of invocations; four triangles at once; compressed nodes; one
+instance and one ray at a time; debug views, which have kernels of another make."""
 
 OF_LANES = {"scene", "block", "words", "slot", "lanes", "active", "found", "packets", "bundle", "span", "stack",
             "pending"}

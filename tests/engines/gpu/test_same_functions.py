@@ -205,6 +205,17 @@ def _is_inside(w):
     return (w > 0).all(0) | (w < 0).all(0), (np.abs(w) > 1e-4).all(0)
 
 
+_CORNERS = """
+fn only_here(number: f32) -> vec4<f32> {
+    return select(vec4(0.0), vec4(number), vec4(0u, 1u, 2u, 3u) == vec4(at % 4u));
+}
+fn corner_here(plane: u32) -> Corners {
+    return Corners(only_here(value(plane)), only_here(value(plane + 1u)), only_here(value(plane + 2u)));
+}
+"""
+"""One corner of four triangles, of which three are nothing."""
+
+
 def test_edges_and_meeting(random):
     @inline
     def on_lanes(scene, given, answers, n, i):
@@ -219,9 +230,11 @@ def test_edges_and_meeting(random):
     given = np.concatenate([random.uniform(-1, 1, (9, COUNT)), random.uniform(0.5, 2, (1, COUNT))])
     given[[2, 5, 8]] += 3  # in front of the ray
     wanted, got = both_answers(
-        _scene(random), on_lanes, "let a = vector(0u); let b = vector(3u); let c = vector(6u);\n"
+        _scene(random), on_lanes, "let place = at % 4u;\n"
+        "let a = corner_here(0u); let b = corner_here(3u); let c = corner_here(6u);\n"
         "let w = edges(a, b, c);\nlet met = meeting(a, b, c, w.wa, w.wb, w.wc, value(9u));\n"
-        "put_flag(0u, w.inside && met.inside); put(1u, met.t); put(2u, met.u); put(3u, met.v);", given, 4)
+        "put_flag(0u, w.inside[place] && met.inside[place]);\n"
+        "put(1u, met.t[place]); put(2u, met.u[place]); put(3u, met.v[place]);", given, 4, _CORNERS)
     a, b, c = given[0:2], given[3:5], given[6:8]
     inside, sure = _is_inside(np.array([c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0],
                                         b[0] * a[1] - b[1] * a[0]]))
@@ -277,7 +290,8 @@ def test_sphere_hit(random):
     wanted, got = both_answers(
         scene, on_lanes, "let inst = u32(value(0u));\nvar hit = Hit(value(7u), 0.5, 0.5, MISS, MISS);\n"
         "var shadow = hit;\nlet ray = set_up(vector(1u), vector(4u));\n"
-        "let record = frame_int(FRAME_instances) + inst * INSTANCE_words;\n"
+        "var record = placement(0u);\n"
+        "while blocks[record + PLACEMENT_inst / 4u].x != inst { record += PLACEMENT_words / 4u; }\n"
         "_ = sphere_hit(inst, record, ray, &hit, false);\nput(0u, hit.t); put(1u, f32(bitcast<i32>(hit.inst)));\n"
         "put_flag(2u, sphere_hit(inst, record, ray, &shadow, true));", given, 3)
     along = direction / np.linalg.norm(direction, axis=0)

@@ -27,7 +27,6 @@ _FINEST = 4
 """Adaptive sampling is not for GPUs, whose neighbours go the same way: every pixel has the samples of the finest."""
 _MOST_PIXELS = 1 << 20
 """Pixels at once: with two paths each, the 128 MiB of a binding that every adapter owes."""
-_LEAST_STACK = 16
 _SHOWS: tuple[DebugView, ...] = ("depth", "barycentrics", "instances", "normals", "shadows", "nodes")
 """In the order of the constants of debug.wgsl."""
 
@@ -91,9 +90,9 @@ class GpuEngine:
             if self._scene.upload(scene, light_count):
                 self._pace.restart()
             self._light_count = light_count
-            depth = max(_LEAST_STACK, -(-self._scene.stack_depth // 8) * 8)
-            if self._stages is None or self._stages.stack_depth < depth:
-                self._stages = Stages(self._device, self._group, depth, self._counting)
+            if self._stages is None:
+                self._stages = Stages(self._device, self._group, self._counting)
+            self._stages.suit(self._scene.walk, self._scene.stack_entries)
 
     def render(self, view: NDArray[np.float32], size: tuple[int, int], samples: Samples, max_bounces: int,
                progress: Progress | None = None, film: Film | None = None) -> Film:

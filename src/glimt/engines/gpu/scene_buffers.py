@@ -7,12 +7,24 @@ from numpy.typing import NDArray
 
 from glimt.engines.gpu.buffers import Buffer
 from glimt.engines.gpu.device import Device
-from glimt.layout import COMPRESSED_NODE, INSTANCE, LIGHT, SPAN, dtype
+from glimt.layout import (
+    COMPRESSED_NODE,
+    INSTANCE,
+    LIGHT,
+    PLACEMENT,
+    SPHERE_KIND,
+    WALK_OF_MANY,
+    WALK_OF_ONE,
+    WALK_WITHOUT_TREES,
+    dtype,
+)
 from glimt.packed import PackedScene
 from glimt.packed.compressed_nodes import CompressedTrees, compress
 
 _LIGHTS_AHEAD = 16
 """Lights there is room for without laying the records out anew."""
+_LEFT_OVER = 7
+"""Children of a node that a ray may have to come back to, when it goes on with the eighth."""
 _LABELS = {"nodes": "the trees", "blocks": "triangles", "records": "instances and materials", "geometry": "vertices",
            "texels": "textures"}
 """What errors call the buffers."""
@@ -26,15 +38,18 @@ class SceneBuffers:
     buffers : dict
         By the names that kernels have for them.
     starts : dict
-        First word of each kind of record in its buffer, and how many spans there are, by the names of FRAME's fields.
-    stack_depth : int
-        Nodes that a walk down both trees may have to come back to, in one of them.
+        First word of each kind of record in its buffer, and how many placements there are, by the names of FRAME's
+        fields.
+    walk : int
+        WALK_OF_MANY and so on.
+    stack_entries : int
+        What a walk down both trees may have to come back to, at most.
     """
 
     def __init__(self, device: Device) -> None:
         self.buffers = {name: Buffer(device, label) for name, label in _LABELS.items()}
         self.starts: dict[str, int] = {}
-        self.stack_depth = 0
+        self.walk, self.stack_entries = WALK_OF_MANY, 0
         self._light_room = 0
         self._scene: PackedScene | None = None
         self._trees: CompressedTrees | None = None
@@ -78,21 +93,20 @@ class SceneBuffers:
         self.buffers["nodes"].upload(np.concatenate([trees.blas_nodes, upper.ravel()]))
         # Without trees, leaves are tested in the order that spans count them in.
         blocks = scene.blas_blocks.view(np.uint32) if scene.spans.size else trees.blas_blocks
-        self.buffers["blocks"].upload(np.concatenate([blocks, trees.tlas_instances.view(np.uint32)]))
-        self.starts["scene_root"], self.starts["scene_leaves"] = mesh_nodes, blocks.size
-        self.stack_depth = max(trees.blas_depth, trees.tlas_depth)
+        places = _placements(scene, trees)
+        self.buffers["blocks"].upload(np.concatenate([blocks, places.view(np.uint32)]))
+        self.starts |= {"scene_root": mesh_nodes, "placements": blocks.size, "placement_count": len(places)}
+        self.walk = (WALK_WITHOUT_TREES if scene.spans.size else WALK_OF_ONE if len(places) == 1 else WALK_OF_MANY)
+        levels = trees.blas_depth + (trees.tlas_depth if self.walk == WALK_OF_MANY else 0)
+        self.stack_entries = levels * _LEFT_OVER
 
     def _upload_records(self, scene: PackedScene, light_count: int) -> None:
-        assert self._trees is not None
-        instances = scene.instances.view(dtype(INSTANCE)).copy()
-        instances["root"] = self._trees.roots
         self._light_room = light_count + _LIGHTS_AHEAD
         lights = np.zeros(self._light_room * LIGHT.words, np.float32)
         lights[:scene.lights.size] = scene.lights
-        self.starts |= _join(self.buffers["records"], instances=instances.view(np.float32), materials=scene.materials,
+        self.starts |= _join(self.buffers["records"], instances=scene.instances, materials=scene.materials,
                              textures=scene.textures, levels=scene.levels, lights=lights,
                              tints=np.zeros(3 * self._light_room, np.float32), spans=scene.spans)
-        self.starts["span_count"] = scene.spans.size // SPAN.words
 
     def write(self, name: str, values: NDArray[np.float32]) -> None:
         """Write records of a kind that there is room for: "lights", or their "tints"."""
@@ -100,6 +114,18 @@ class SceneBuffers:
             with self._device.doing(f"writing {name}"):
                 self._device.gpu.queue.write_buffer(self.buffers["records"].handle, 4 * self.starts[name],
                                                     np.ascontiguousarray(values).reshape(-1).view(np.uint32))
+
+
+def _placements(scene: PackedScene, trees: CompressedTrees) -> NDArray[Any]:
+    """Return a PLACEMENT for each leaf of the scene's tree."""
+    records = scene.instances.view(dtype(INSTANCE))[trees.tlas_instances]
+    places = np.zeros(len(records), dtype(PLACEMENT))
+    places["world_to_object"], places["kind"] = records["world_to_object"], records["kind"]
+    places["inst"], places["root"] = trees.tlas_instances, trees.roots[trees.tlas_instances]
+    spheres = records["kind"] == SPHERE_KIND
+    places["world_to_object"][spheres, :3] = records["center"][spheres]
+    places["world_to_object"][spheres, 3] = records["radius"][spheres]
+    return places
 
 
 def _same_but_lights(a: PackedScene, b: PackedScene) -> bool:

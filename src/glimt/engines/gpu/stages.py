@@ -9,13 +9,14 @@ from glimt.engines.gpu.buffers import Bindings, Buffer, Kind
 from glimt.engines.gpu.commands import Commands
 from glimt.engines.gpu.device import Device
 from glimt.engines.gpu.shader import pipeline
-from glimt.layout import COUNTER, FRAME, PATH
+from glimt.layout import COUNTER, FRAME, PATH, WALK_OF_MANY
 
 STEMS = ("bindings", "count", "hit", "ray", "camera", "create_rays", "triangle", "sphere", "traverse", "intersect",
          "light", "texture", "surface", "material", "shade", "bounce", "resolve", "prepare", "debug")
 """Kernel files, in the order in which they are put together."""
 STAGES = ("create_rays", "intersect", "shade", "bounce", "prepare", "resolve", "debug")
 MOST_GROUPS = 65535
+_STACK_STEP = 16
 _BUFFERS = ("frame", "nodes", "blocks", "records", "geometry", "texels", "paths", "film", "counters", "dispatch")
 _USES: dict[str, tuple[str, ...]] = {
     "create_rays": ("frame", "paths", "film"),
@@ -42,25 +43,38 @@ class Group(NamedTuple):
 
 
 class Stages:
-    """Pipelines for one workgroup shape and depth of trees, and the bind groups for the buffers at hand."""
+    """Pipelines for one workgroup shape, and the bind groups for the buffers at hand."""
 
-    def __init__(self, device: Device, group: Group, stack_depth: int, counting: bool) -> None:
-        self.group, self.stack_depth = group, stack_depth
-        constants: dict[str, float] = {"GROUP_WIDTH": group.width, "GROUP_HEIGHT": group.height}
-        text = (f"const FRAME_VECTORS = {FRAME.words // 4}u;\nconst TREE_STACK = {2 * (7 * stack_depth + 8)}u;\n"
-                f"const COUNTING = {int(counting)}u;\n")
+    def __init__(self, device: Device, group: Group, counting: bool) -> None:
+        self.group = group
+        self._counting = counting
+        self._walk, self._stack_entries = WALK_OF_MANY, 0
+        self._constants: dict[str, float] = {"GROUP_WIDTH": group.width, "GROUP_HEIGHT": group.height}
         self._bindings = {stage: Bindings(device, [(_BUFFERS.index(name), _kind(name)) for name in _USES[stage]])
                           for stage in STAGES}
-        self._device, self._constants, self._text = device, constants, text
+        self._device = device
         self._steps: dict[str, tuple[Any, list[Any]]] = {}
         self._handles: list[Any] = []
+
+    def suit(self, walk: np.int32, stack_entries: int) -> None:
+        """Take the pipelines that walk down a scene in its way, with room for what they have to come back to."""
+        if walk != self._walk or stack_entries >= self._stack_entries:
+            # Never too small, and seldom another; an index one behind what is in use is read as well.
+            self._walk, self._stack_entries = walk, (stack_entries // _STACK_STEP + 1) * _STACK_STEP
+            self._steps.clear()
+
+    @property
+    def declarations(self) -> str:
+        """What kernels are told of the scene when they are compiled."""
+        return (f"const FRAME_VECTORS = {FRAME.words // 4}u;\nconst TREE_STACK = {self._stack_entries}u;\n"
+                f"const WALK = {self._walk}u;\nconst COUNTING = {int(self._counting)}u;\n")
 
     def record(self, commands: Commands, stage: str, buffers: dict[str, Buffer], frame: int,
                invocations: int | None) -> None:
         """Record one dispatch, after `bind`: of so many invocations, or of as many as the dispatch buffer says."""
         if stage not in self._steps:
             layout = self._bindings[stage].layout
-            self._steps[stage] = (pipeline(self._device, STEMS, stage, [layout], self._constants, self._text),
+            self._steps[stage] = (pipeline(self._device, STEMS, stage, [layout], self._constants, self.declarations),
                                   [self._bindings[stage].group([buffers[name] for name in _USES[stage]])])
         found, groups = self._steps[stage]
         size: tuple[int, int, int] | Buffer = buffers["dispatch"]

@@ -1,12 +1,13 @@
-// What kernels read and write. Records are words, whatever a field's type: see layout.py.
+// What kernels read and write. Records are words, whatever a field's type: see layout.py. What a walk down the trees
+// reads comes in vectors of four, at a quarter of the price.
 
 @group(0) @binding(0) var<uniform> frame_words: array<vec4<u32>, FRAME_VECTORS>;
-@group(0) @binding(1) var<storage, read> nodes: array<u32>;      // COMPRESSED_NODE: all meshes', then the scene's
-@group(0) @binding(2) var<storage, read> blocks: array<u32>;     // TRIANGLE_BLOCK, then instance numbers
+@group(0) @binding(1) var<storage, read> nodes: array<vec4<u32>>;   // COMPRESSED_NODE: all meshes', then the scene's
+@group(0) @binding(2) var<storage, read> blocks: array<vec4<u32>>;  // TRIANGLE_BLOCK, then PLACEMENT
 @group(0) @binding(3) var<storage, read> records: array<u32>;    // INSTANCE, MATERIAL, TEXTURE, LEVEL, LIGHT
 @group(0) @binding(4) var<storage, read> geometry: array<u32>;   // TRIANGLE, VERTEX, TANGENT
 @group(0) @binding(5) var<storage, read> texels: array<u32>;
-@group(0) @binding(6) var<storage, read_write> paths: array<u32>;    // PATH, twice as many as there are pixels
+@group(0) @binding(6) var<storage, read_write> paths: array<vec4<u32>>;  // PATH, twice as many as there are pixels
 @group(0) @binding(7) var<storage, read_write> film: array<f32>;     // of a band: sums, then the sample at work
 @group(0) @binding(8) var<storage, read_write> counters: array<atomic<u32>>;
 
@@ -32,13 +33,25 @@ fn geometry_vector(at: u32) -> vec3<f32> {
     return vec3(geometry_float(at), geometry_float(at + 1u), geometry_float(at + 2u));
 }
 
-fn path_float(at: u32) -> f32 { return bitcast<f32>(paths[at]); }
-fn path_vector(at: u32) -> vec3<f32> { return vec3(path_float(at), path_float(at + 1u), path_float(at + 2u)); }
-fn store_path_float(at: u32, value: f32) { paths[at] = bitcast<u32>(value); }
-fn store_path_vector(at: u32, value: vec3<f32>) {
-    store_path_float(at, value.x);
-    store_path_float(at + 1u, value.y);
-    store_path_float(at + 2u, value.z);
+// The first half of a PATH record. The other two vectors are its hit and its share.
+struct Path { origin: vec3<f32>, t: f32, direction: vec3<f32>, pixel: u32 }
+
+const PATH_HIT = PATH_u / 4u;
+const PATH_SHARE = PATH_throughput / 4u;
+
+fn path_at(at: u32) -> Path {
+    let start = paths[at + PATH_origin / 4u];
+    let way = paths[at + PATH_direction / 4u];
+    return Path(bitcast<vec3<f32>>(start.xyz), bitcast<f32>(start.w), bitcast<vec3<f32>>(way.xyz), way.w);
+}
+
+fn store_path(at: u32, path: Path) {
+    paths[at + PATH_origin / 4u] = vec4(bitcast<vec3<u32>>(path.origin), bitcast<u32>(path.t));
+    paths[at + PATH_direction / 4u] = vec4(bitcast<vec3<u32>>(path.direction), path.pixel);
+}
+
+fn store_share(at: u32, throughput: f32, travelled: f32, reflectivity: f32) {
+    paths[at + PATH_SHARE] = bitcast<vec4<u32>>(vec4(throughput, travelled, reflectivity, 0.0));
 }
 
 // The number of this invocation's path, side by side in the half of `paths` that this depth reads.
@@ -46,7 +59,9 @@ fn path_number(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
     return (group.y * groups.x + group.x) * (GROUP_WIDTH * GROUP_HEIGHT) + local;
 }
 
-fn path_record(number: u32, half: u32) -> u32 { return (half * frame_int(FRAME_capacity) + number) * PATH_words; }
+fn path_record(number: u32, half: u32) -> u32 {
+    return (half * frame_int(FRAME_capacity) + number) * (PATH_words / 4u);
+}
 
 fn sample_word(pixel: u32) -> u32 { return 4u * (frame_int(FRAME_capacity) + pixel); }
 

@@ -17,15 +17,12 @@ fn bounce(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) grou
     if number >= atomicLoad(&counters[COUNTER_paths + frame_int(FRAME_depth)]) { return; }
     let half = frame_int(FRAME_half);
     let at = path_record(number, half);
-    let pixel = paths[at + PATH_pixel];
-    if pixel == NOBODY { return; }
-    let reflectivity = path_float(at + PATH_reflectivity);
+    let path = path_at(at);
+    if path.pixel == NOBODY { return; }
+    let share = bitcast<vec4<f32>>(paths[at + PATH_SHARE]);
+    let reflectivity = share.z;
     if reflectivity <= 0.0 { return; }
     let next = path_record(atomicAdd(&counters[COUNTER_paths + frame_int(FRAME_depth) + 1u], 1u), 1u - half);
-    store_path_vector(next + PATH_origin, path_vector(at + PATH_origin));
-    store_path_vector(next + PATH_direction, path_vector(at + PATH_direction));
-    store_path_float(next + PATH_throughput, path_float(at + PATH_throughput) * reflectivity);
-    store_path_float(next + PATH_travelled, path_float(at + PATH_travelled));
-    store_path_float(next + PATH_t, FAR);
-    paths[next + PATH_pixel] = pixel;
+    store_path(next, path);
+    store_share(next, share.x * reflectivity, share.y, 0.0);
 }

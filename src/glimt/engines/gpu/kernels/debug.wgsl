@@ -43,19 +43,17 @@ fn debug(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     let number = path_number(group, groups, local);
     if number >= frame_int(FRAME_capacity) { return; }
     let at = path_record(number, 0u);
-    let pixel = paths[at + PATH_pixel];
-    if pixel == NOBODY { return; }
-    let origin = path_vector(at + PATH_origin);
-    let direction = path_vector(at + PATH_direction);
+    let path = path_at(at);
+    if path.pixel == NOBODY { return; }
     var counts = Counts(0u, 0u, 0u);
-    let hit = closest_hit(origin, direction, FAR, &counts);
+    let hit = closest_hit(path.origin, path.direction, FAR, &counts);
     var numbers = vec4(0.0);
-    if hit.inst != MISS { numbers = vec4(numbers_of(hit, origin, direction), 1.0); }
+    if hit.inst != MISS { numbers = vec4(numbers_of(hit, path.origin, path.direction), 1.0); }
     if frame_int(FRAME_shows) == NODES {
         numbers = vec4(f32(counts.nodes), f32(counts.blocks), f32(counts.instances), numbers.w);
     }
-    film[4u * pixel] = numbers.x;
-    film[4u * pixel + 1u] = numbers.y;
-    film[4u * pixel + 2u] = numbers.z;
-    film[4u * pixel + 3u] = numbers.w;
+    film[4u * path.pixel] = numbers.x;
+    film[4u * path.pixel + 1u] = numbers.y;
+    film[4u * path.pixel + 2u] = numbers.z;
+    film[4u * path.pixel + 3u] = numbers.w;
 }

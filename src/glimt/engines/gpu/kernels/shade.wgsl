@@ -17,19 +17,20 @@ fn shade(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     let number = path_number(group, groups, local);
     if number >= atomicLoad(&counters[COUNTER_paths + frame_int(FRAME_depth)]) { return; }
     let at = path_record(number, frame_int(FRAME_half));
-    let pixel = paths[at + PATH_pixel];
-    if pixel == NOBODY { return; }
-    let hit = Hit(path_float(at + PATH_t), path_float(at + PATH_u), path_float(at + PATH_v),
-                  paths[at + PATH_prim], paths[at + PATH_inst]);
-    let throughput = path_float(at + PATH_throughput);
+    let path = path_at(at);
+    if path.pixel == NOBODY { return; }
+    let found = paths[at + PATH_HIT];
+    let hit = Hit(path.t, bitcast<f32>(found.x), bitcast<f32>(found.y), found.z, found.w);
+    let share = bitcast<vec4<f32>>(paths[at + PATH_SHARE]);
+    let throughput = share.x;
     if hit.inst == MISS {
-        add_to_pixel(pixel, frame_vector(FRAME_view + VIEW_background) * throughput);
-        store_path_float(at + PATH_reflectivity, 0.0);
+        add_to_pixel(path.pixel, frame_vector(FRAME_view + VIEW_background) * throughput);
+        store_share(at, 0.0, 0.0, 0.0);
         return;
     }
-    let direction = path_vector(at + PATH_direction);
-    let travelled = path_float(at + PATH_travelled) + hit.t;
-    let surface = surface_at(hit, path_vector(at + PATH_origin), direction);
+    let direction = path.direction;
+    let travelled = share.y + hit.t;
+    let surface = surface_at(hit, path.origin, direction);
     let material = material_at(surface, direction, travelled * frame_float(FRAME_spread));
     let start = above(surface);
     var shadow_rays = 0u;
@@ -53,11 +54,9 @@ fn shade(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) group
     if shadow_rays > 0u { atomicAdd(&counters[COUNTER_shadow], shadow_rays); }
     let is_last = frame_int(FRAME_depth) == frame_int(FRAME_max_bounces);
     let reflectivity = select(material.reflectivity, 0.0, is_last);  // the last surface shows itself only
-    add_to_pixel(pixel, lit * (throughput * (1.0 - reflectivity)));
+    add_to_pixel(path.pixel, lit * (throughput * (1.0 - reflectivity)));
 
     // What the mirror ray needs.
-    store_path_vector(at + PATH_origin, start);
-    store_path_vector(at + PATH_direction, mirror_direction(direction, surface.ng, material.ns));
-    store_path_float(at + PATH_travelled, travelled);
-    store_path_float(at + PATH_reflectivity, reflectivity);
+    store_path(at, Path(start, FAR, mirror_direction(direction, surface.ng, material.ns), path.pixel));
+    store_share(at, throughput, travelled, reflectivity);
 }

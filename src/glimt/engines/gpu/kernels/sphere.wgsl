@@ -3,8 +3,9 @@
 // Haines et al., "Precision improvements for ray/sphere intersection" (Ray Tracing Gems, 2019): the discriminant comes
 // from the distance between the centre and the line. Directions need not be of unit length.
 fn sphere_hit(inst: u32, record: u32, ray: Ray, hit: ptr<function, Hit>, occlusion: bool) -> bool {
-    let radius = record_float(record + INSTANCE_radius);
-    let to_center = record_vector(record + INSTANCE_center) - ray.origin;
+    let sphere = bitcast<vec4<f32>>(blocks[record]);
+    let radius = sphere.w;
+    let to_center = sphere.xyz - ray.origin;
     let inverse = 1.0 / dot(ray.direction, ray.direction);
     let nearest = dot(to_center, ray.direction) * inverse;
     let beside = to_center - ray.direction * nearest;

@@ -1,66 +1,76 @@
-// Triangles against a ray, watertight.
+// Triangles against a ray, watertight: the four of a leaf block at once.
 
-// Return a corner relative to the origin, turned and sheared so that the ray is the z axis; z not yet scaled.
-fn corner(at: u32, ray: Ray) -> vec3<f32> {
-    let p = permute(ray.axis, vec3(bitcast<f32>(blocks[at]), bitcast<f32>(blocks[at + LEAF_SIZE]),
-                                   bitcast<f32>(blocks[at + 2u * LEAF_SIZE]))) - ray.shear_origin;
-    return vec3(fma(-ray.shear.x, p.z, p.x), fma(-ray.shear.y, p.z, p.y), p.z);
+struct Corners { x: vec4<f32>, y: vec4<f32>, z: vec4<f32> }
+
+fn least(a: vec4<u32>) -> u32 { return min(min(a.x, a.y), min(a.z, a.w)); }
+
+// Return a corner of each, relative to the origin, turned and sheared so that the ray is the z axis; z not yet scaled.
+fn corner(at: u32, ray: Ray) -> Corners {
+    let x = select(ray.axis + 1u, 0u, ray.axis == 2u);
+    let y = 3u - ray.axis - x;
+    let p = Corners(bitcast<vec4<f32>>(blocks[at + x]) - ray.shear_origin.x,
+                    bitcast<vec4<f32>>(blocks[at + y]) - ray.shear_origin.y,
+                    bitcast<vec4<f32>>(blocks[at + ray.axis]) - ray.shear_origin.z);
+    return Corners(fma(vec4(-ray.shear.x), p.z, p.x), fma(vec4(-ray.shear.y), p.z, p.y), p.z);
 }
 
 // Return twice p.x q.y - p.y q.x; for q and p the very opposite, so that no ray passes between triangles.
 //
 // WGSL lets drivers fuse one product into the difference: then neither order of p and q need be positive. Here both
 // orders are taken, and what is fused already cannot be fused otherwise.
-fn edge(p: vec3<f32>, q: vec3<f32>) -> f32 {
+fn edge(p: Corners, q: Corners) -> vec4<f32> {
     return fma(p.x, q.y, -(p.y * q.x)) - fma(p.y, q.x, -(p.x * q.y));
 }
 
-struct Edges { wa: f32, wb: f32, wc: f32, inside: bool }
+struct Edges { wa: vec4<f32>, wb: vec4<f32>, wc: vec4<f32>, inside: vec4<bool> }
 
-// Return the edge functions of corners seen along a ray, and whether none is on another side than the rest.
-fn edges(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> Edges {
+// Return the edge functions of corners seen along a ray, and where none is on another side than the rest.
+fn edges(a: Corners, b: Corners, c: Corners) -> Edges {
     let wa = edge(c, b);
     let wb = edge(a, c);
     let wc = edge(b, a);
-    return Edges(wa, wb, wc, min(wa, min(wb, wc)) >= 0.0 || max(wa, max(wb, wc)) <= 0.0);
+    let zero = vec4(0.0);  // comparing them all is less than taking their minimum and maximum
+    return Edges(wa, wb, wc,
+                 ((wa >= zero) & (wb >= zero) & (wc >= zero)) | ((wa <= zero) & (wb <= zero) & (wc <= zero)));
 }
 
-// Return whether a ray, which is at 0, passes between the least and the greatest of three coordinates.
-fn within(a: f32, b: f32, c: f32) -> bool { return min(a, min(b, c)) <= 0.0 && max(a, max(b, c)) >= 0.0; }
+// Return where a ray, which is at 0, passes between the least and the greatest of three coordinates.
+fn within(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> vec4<bool> {
+    let zero = vec4(0.0);
+    return ((a <= zero) | (b <= zero) | (c <= zero)) & ((a >= zero) | (b >= zero) | (c >= zero));
+}
 
-struct Meeting { t: f32, u: f32, v: f32, inside: bool }
+struct Meeting { t: vec4<f32>, u: vec4<f32>, v: vec4<f32>, inside: vec4<bool> }
 
-// Return where a ray meets the plane of a triangle, and whether that can be inside: never for an edge-on one.
-fn meeting(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, wa: f32, wb: f32, wc: f32, shear_z: f32) -> Meeting {
+// Return where a ray meets the planes of triangles, and where that can be inside: never for an edge-on one.
+fn meeting(a: Corners, b: Corners, c: Corners, wa: vec4<f32>, wb: vec4<f32>, wc: vec4<f32>, shear_z: f32) -> Meeting {
     let sum = wa + wb + wc;
     let scale = 1.0 / sum;
     let u = wb * scale;
     let v = wc * scale;
     let t = fma(wa * scale, a.z, fma(u, b.z, v * c.z)) * shear_z;
-    return Meeting(t, u, v, sum != 0.0 && within(a.x, b.x, c.x) && within(a.y, b.y, c.y));
+    return Meeting(t, u, v, (sum != vec4(0.0)) & within(a.x, b.x, c.x) & within(a.y, b.y, c.y));
 }
 
 // Test the triangles of a leaf block; return whether one blocks the ray, if that is all that is asked.
 fn triangle_leaf(inst: u32, code: u32, ray: Ray, hit: ptr<function, Hit>, occlusion: bool) -> bool {
-    let base = code / LEAF_STEP * TRIANGLE_BLOCK_words;
-    var j = 0u;
-    var blocked = false;
-    loop {
-        let a = corner(base + TRIANGLE_BLOCK_x0 + j, ray);
-        let b = corner(base + TRIANGLE_BLOCK_x1 + j, ray);
-        let c = corner(base + TRIANGLE_BLOCK_x2 + j, ray);
-        let w = edges(a, b, c);
-        if w.inside {
-            let met = meeting(a, b, c, w.wa, w.wb, w.wc, ray.shear.z);
-            let prim = blocks[base + TRIANGLE_BLOCK_prim + j];
-            if occlusion {
-                blocked = met.inside && met.t > 0.0 && met.t < (*hit).t;
-            } else if met.inside && closer(*hit, met.t, inst, prim) {
-                *hit = Hit(met.t, met.u, met.v, prim, inst);
-            }
-        }
-        j++;
-        continuing { break if blocked || j == code % LEAF_STEP; }
+    let base = code / LEAF_STEP * (TRIANGLE_BLOCK_words / 4u);
+    let a = corner(base + TRIANGLE_BLOCK_x0 / 4u, ray);
+    let b = corner(base + TRIANGLE_BLOCK_x1 / 4u, ray);
+    let c = corner(base + TRIANGLE_BLOCK_x2 / 4u, ray);
+    let w = edges(a, b, c);
+    let met = meeting(a, b, c, w.wa, w.wb, w.wc, ray.shear.z);
+    let found = w.inside & met.inside & (met.t > vec4(0.0)) & (vec4(0u, 1u, 2u, 3u) < vec4(code % LEAF_STEP));
+    let t = select(vec4(FAR), met.t, found);
+    let nearest = min(min(t.x, t.y), min(t.z, t.w));
+    if occlusion { return nearest < (*hit).t; }
+    let prims = select(vec4(MISS), blocks[base + TRIANGLE_BLOCK_prim / 4u], found & (t == vec4(nearest)));
+    let prim = least(prims);
+    if prim != MISS && closer(*hit, nearest, inst, prim) {
+        let others = prims != vec4(prim);  // whose u and v may be anything
+        let one = vec4(1.0);
+        *hit = Hit(nearest, dot(select(met.u, vec4(0.0), others), one), dot(select(met.v, vec4(0.0), others), one),
+                   prim, inst);
     }
-    return blocked;
+    return false;
 }
