@@ -1,7 +1,7 @@
 """WGSL kernels: the structs and constants of `glimt.layout` for them, files put together, errors by file and line.
 
 A kernel reads words: the scene's arrays are ``array<u32>``, and a field is read by its offset,
-``bitcast<f32>(materials[i + MATERIAL_exponent])``.
+``bitcast<f32>(materials[i + MATERIAL_exponent])``, or as part of a vector where they are ``array<vec4<u32>>``.
 """
 
 import importlib.resources
