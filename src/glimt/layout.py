@@ -144,15 +144,15 @@ COUNT_PRIMARY, COUNT_SHADOW, COUNT_MIRROR, COUNT_NON_FINITE = (np.int64(k) for k
 STAGES = ("create_rays", "intersect", "shade", "bounce", "resolve")
 """The five stages of a frame, in order."""
 CREATE_RAYS, INTERSECT, SHADE, BOUNCE, RESOLVE = (np.int64(k) for k in range(5))
-TIMES_STAGES, FIRST_STAGE = np.int64(4), np.int64(8)
+TIMES_STAGES, OWN_SHARE, FIRST_STAGE = np.int64(4), np.int64(5), np.int64(8)
 COUNTER_STRIDE = np.int64(16)
 """Each thread counts in int64s of its own, two cache lines apart: rays by kind, and samples that were not finite; then
-whether stages are to be timed, and the ticks of each."""
+whether stages are to be timed, which share of the tiles it begins with, and the ticks of each stage."""
 
 TILE, PACKETS = 16, 4
 """Pixels along the side of a tile, the piece of a picture that a thread of the CPU takes at once, and packets that
 travel together; where nobody says otherwise."""
-NEXT_TILE, CANCEL, TILE_SIDE, TOGETHER = np.int64(0), np.int64(8), np.int64(9), np.int64(10)
-"""Places in the int64s that threads share: the number of the next tile, whether to stop, and how work is divided, by
-pixels along a tile and packets that travel together."""
-CONTROL_WORDS = 16
+CANCEL, SHARES, TILE_SIDE, TOGETHER = (np.int64(k) for k in range(4))
+FIRST_SHARE = SHARE_STRIDE = np.int64(16)
+"""Places in the int64s that threads share: whether to stop, and how work is divided, into shares, by pixels along a
+tile and packets that travel together; then how many tiles of each share are taken, two cache lines apart."""

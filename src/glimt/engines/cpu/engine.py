@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from glimt.debug_view import DebugView
 from glimt.engines.cpu.closest_hits import closest_hits
-from glimt.engines.cpu.control import new_control
+from glimt.engines.cpu.control import new_control, new_counters, tiles_taken
 from glimt.engines.cpu.kernels.debug import BARYCENTRICS, DEPTH, INSTANCES, NORMALS, SHADOWS, debug_tiles
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT, refine_tiles
@@ -27,9 +27,7 @@ from glimt.film import Counters, Film, sums_for
 from glimt.kernel import is_ready
 from glimt.layout import (
     CANCEL,
-    COUNTER_STRIDE,
     FIRST_STAGE,
-    NEXT_TILE,
     STAGES,
     TILE_SIDE,
     TIMES_STAGES,
@@ -100,7 +98,7 @@ class CpuEngine:
         counters = self._new_counters(sums)
         counters[:, TIMES_STAGES] = self._options.time_stages
         uploaded = self._uploaded()
-        with self._begin() as control:
+        with self._begin(len(counters)) as control:
             if progress:
                 progress("rendering", 0.0)
             if samples == "adaptive":
@@ -122,7 +120,7 @@ class CpuEngine:
         """Render numbers a pixel (see `Engine.render_debug`)."""
         values = np.empty((size[1], size[0], 4), np.float32)
         given, counters = (*self._uploaded(), view, values), self._new_counters(values)
-        with self._begin() as control:
+        with self._begin(len(counters)) as control:
             if shows == "nodes":
                 self._run(count_visits, given, control, counters)
             else:
@@ -147,12 +145,12 @@ class CpuEngine:
 
     def _new_counters(self, picture: NDArray[np.float32]) -> NDArray[np.int64]:
         """Return a row of counters for each thread that has something to do."""
-        return np.zeros((min(self.threads, _tile_count(picture, self._options.tile)), int(COUNTER_STRIDE)), np.int64)
+        return new_counters(min(self.threads, _tile_count(picture, self._options.tile)))
 
     @contextlib.contextmanager
-    def _begin(self) -> Iterator[NDArray[np.int64]]:
+    def _begin(self, shares: int) -> Iterator[NDArray[np.int64]]:
         """Give what the threads of one render share, where `cancel` finds it as long as the render lasts."""
-        control = new_control(self._options)
+        control = new_control(shares, self._options)
         self._running[id(control)] = control
         try:
             yield control
@@ -162,7 +160,8 @@ class CpuEngine:
     def _run(self, kernel: Any, given: tuple[Any, ...], control: NDArray[np.int64], counters: NDArray[np.int64],
              progress: Progress | None = None) -> None:
         """Let a kernel write all tiles of the picture `given[3]`, with a job for each row of counters."""
-        control[NEXT_TILE], tiles = 0, _tile_count(given[3], int(control[TILE_SIDE]))
+        taken, tiles = tiles_taken(control), _tile_count(given[3], int(control[TILE_SIDE]))
+        taken[:] = 0
         jobs: list[Future[Any]] = []
         try:  # awake for Ctrl-C; whatever happens, no job outlives this call
             for own in counters:
@@ -170,7 +169,7 @@ class CpuEngine:
             for job in jobs:
                 while not _ends(job):
                     if progress:
-                        progress("rendering", min(1.0, control[NEXT_TILE] / tiles))
+                        progress("rendering", min(1.0, taken.sum() / tiles))
         except BaseException:
             control[CANCEL] = 1
             wait(jobs)

@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt.engines.cpu.control import new_control
+from glimt.engines.cpu.control import new_control, new_counters
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.film import Counters
-from glimt.layout import COUNTER_STRIDE
 from glimt.packed import PackedScene
 
 KINDS = ("primary", "shadow", "mirror")
@@ -32,7 +31,7 @@ def record_rays(packed: PackedScene, light_count: int, view: NDArray[np.float32]
 def _trace(packed: PackedScene, light_count: int, view: NDArray[np.float32], size: tuple[int, int], samples: int,
            max_bounces: int, recorded: NDArray[np.float32]) -> Counters:
     width, height = size
-    counters = np.zeros(COUNTER_STRIDE, np.int64)
+    counters = new_counters(1)[0]
     render_tiles(packed, light_count, view, np.zeros((height, width, 4), np.float32), samples, max_bounces,
                  new_control(), counters, recorded)
     return Counters(*counters[:len(Counters._fields)].tolist())

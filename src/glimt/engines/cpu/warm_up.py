@@ -15,12 +15,12 @@ import numpy as np
 from numba.core import caching, event
 
 from glimt import bvh
-from glimt.engines.cpu.control import new_control
+from glimt.engines.cpu.control import new_control, new_counters
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.engines.engine import Progress
 from glimt.kernel import is_ready, remove_stale_caches
-from glimt.layout import COUNTER_STRIDE, VIEW
+from glimt.layout import VIEW
 from glimt.packed import PackedScene
 
 STAGE = "compiling kernels, first run only"
@@ -50,7 +50,7 @@ def compile_frame(progress: Progress) -> None:
         none = np.zeros(64, np.float32)
         scene = PackedScene(*[none] * len(PackedScene._fields))
         render_tiles(scene, 0, np.zeros(VIEW.words, np.float32), np.zeros((0, 0, 4), np.float32), 1, 0,
-                     new_control(), np.zeros(COUNTER_STRIDE, np.int64), np.zeros((3, 7, 0), np.float32))
+                     new_control(), new_counters(1)[0], np.zeros((3, 7, 0), np.float32))
 
 
 def compile_rest() -> None:

@@ -127,7 +127,7 @@ def debug_tiles(scene, light_count, view, values, shows, tints, control, counter
     height, width, centre = values.shape[0], values.shape[1], np.float32(0.5)
     spread = scalar(lit.view_words, VIEW.spread)
     while True:
-        left, top = take_tile(control, width, height)
+        left, top = take_tile(control, counters, width, height)
         if top < 0:
             return
         for y in range(top, min(top + TILE, height), BLOCK_HEIGHT):

@@ -30,9 +30,9 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
         Receives the sums of radiance and the number of samples.
     samples, max_bounces : int
     control : int64 array
-        Shared by all threads: the next tile's number, the flag to stop, and how work is divided.
+        Shared by all threads: the flag to stop, how work is divided, and how many tiles are taken.
     counters : int64 array
-        This thread's own, with the ticks of stages if it says so.
+        This thread's own, with its share of the tiles, and the ticks of stages if it says so.
     recorded : (3, 7, n) float32
         Receives up to n primary, shadow and mirror rays each: origin, direction, how far they look. For one thread.
     """
@@ -44,7 +44,7 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
     spread = scalar(here.view_words, VIEW.spread) * step
     side, together = control[TILE_SIDE], control[TOGETHER]
     while True:
-        left, top = take_tile(control, width, height, side)
+        left, top = take_tile(control, counters, width, height, side)
         if top < 0:
             return
         for y in range(top, min(top + side, height), BLOCK_HEIGHT):

@@ -250,6 +250,6 @@ def refine_tiles(scene, light_count, view, film, first, max_bounces, control, co
     block, memory = new_block(), new_refine_memory()
     forget_occluders(block)
     while True:
-        left, top = take_tile(control, film.shape[1], film.shape[0])
+        left, top = take_tile(control, counters, film.shape[1], film.shape[0])
         if top < 0 or not refine_tile(here, block, memory, film, first, left, top, max_bounces, control):
             return

@@ -144,7 +144,7 @@ def count_visits(scene, light_count, view, values, control, counters, recorded):
     stack = Pending(stack_ints(_STACK_WORDS), stack_floats(_STACK_WORDS), stack_ints(1))
     height, width, centre = values.shape[0], values.shape[1], np.float32(0.5)
     while True:
-        left, top = take_tile(control, width, height)
+        left, top = take_tile(control, counters, width, height)
         if top < 0:
             return
         for y in range(top, min(top + TILE, height), BLOCK_HEIGHT):
