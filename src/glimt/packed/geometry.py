@@ -37,6 +37,7 @@ class Placement(NamedTuple):
     first_triangle: int
     tangent_shift: int
     flat: bool
+    untextured: bool
 
 
 class Geometry(NamedTuple):
@@ -66,7 +67,8 @@ def join_meshes(uses: list[MeshUse], threads: int) -> Geometry:
     return Geometry(**joined, placements=[
         Placement(start["nodes"], start["triangles"],
                   start["tangents"] - start["vertices"] if mesh.tangents.size else int(NO_TANGENTS),
-                  use.mesh.normals is None and not mesh.tangents.size)  # tangents come with normals
+                  use.mesh.normals is None and not mesh.tangents.size,  # tangents come with normals
+                  use.mesh.texcoords is None)
         for use, mesh, start in zip(uses, packed, starts, strict=True)],
         spans=[(start["blocks"], mesh.blocks.size // TRIANGLE_BLOCK.words)
                for mesh, start in zip(packed, starts, strict=True)])

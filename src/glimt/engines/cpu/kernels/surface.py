@@ -152,14 +152,16 @@ def _mesh_surface(scene, record, hit, prim, lanes, direction):
         normal = select3(squared > _TINY, normal * reciprocal_sqrt(maximum(squared, _TINY)), ng)
 
     # Texture coordinates and how dense they are.
-    at = np.int32(VERTEX.texcoord)
-    ua, va = pick(scene.vertices, a + at, lanes), pick(scene.vertices, a + (at + 1), lanes)
-    ub, vb = pick(scene.vertices, b + at, lanes) - ua, pick(scene.vertices, b + (at + 1), lanes) - va
-    uc, vc = pick(scene.vertices, c + at, lanes) - ua, pick(scene.vertices, c + (at + 1), lanes) - va
-    texcoord_u = fma(hit.u, ub, fma(hit.v, uc, ua))
-    texcoord_v = fma(hit.u, vb, fma(hit.v, vc, va))
-    texcoord_area = absolute(ub * vc - uc * vb)
-    density = texcoord_area * per_area * per_size * per_size
+    texcoord_u, texcoord_v, density = f32(0.0), f32(0.0), f32(0.0)
+    if scalar_int(scene.instances, record + INSTANCE.untextured) == 0:
+        at = np.int32(VERTEX.texcoord)
+        ua, va = pick(scene.vertices, a + at, lanes), pick(scene.vertices, a + (at + 1), lanes)
+        ub, vb = pick(scene.vertices, b + at, lanes) - ua, pick(scene.vertices, b + (at + 1), lanes) - va
+        uc, vc = pick(scene.vertices, c + at, lanes) - ua, pick(scene.vertices, c + (at + 1), lanes) - va
+        texcoord_u = fma(hit.u, ub, fma(hit.v, uc, ua))
+        texcoord_v = fma(hit.u, vb, fma(hit.v, vc, va))
+        texcoord_area = absolute(ub * vc - uc * vb)
+        density = texcoord_area * per_area * per_size * per_size
 
     # Tangent frame, built in object space so that a mirrored instance mirrors it.
     shift = scalar_int(scene.instances, record + INSTANCE.tangent_shift)

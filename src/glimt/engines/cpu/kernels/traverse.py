@@ -235,13 +235,19 @@ def _next_group(rays, todo, alone, shared_origin):
 
 
 @inline
-def _mesh(scene, inst, record, bundle, lanes, pending):
-    """Walk the mesh of an instance with packets in its space: together, by packets, or by rays."""
+def _mesh(scene, inst, record, bundle, lanes, pending, known, known_span):
+    """Walk the mesh of an instance with packets in its space: together, by packets, or by rays.
+
+    `known` are packets whose Interval there is known already.
+    """
     root, alone, left = scalar_int(scene.instances, record + INSTANCE.root), False, np.int64(0)
     packets = packets_of(lanes)
     leave_nothing(pending)
     while packets:
-        group, span = _next_group(bundle.rays, packets, alone, bundle.shared_origin)
+        if packets == known:
+            group, span = known, known_span
+        else:
+            group, span = _next_group(bundle.rays, packets, alone, bundle.shared_origin)
         alone = group != packets
         packets &= ~group
         here = lanes & all_lanes_of(group)
@@ -265,18 +271,24 @@ def _sphere(scene, inst, record, bundle, packets):
 
 
 @inline
+def _is_at_home(scene, record):
+    """Return whether an instance's object space is the world's."""
+    return scalar_int(scene.instances, record + INSTANCE.identity) != 0
+
+
+@inline
 def _in_space_of(scene, record, bundle, packets):
     """Return the Bundle of some packets in the space of an instance's mesh."""
     rays = bundle.rays
-    if scalar_int(scene.instances, record + INSTANCE.identity) == 0:
+    if not _is_at_home(scene, record):
         to_object(scene, record, bundle, packets)
         rays = bundle.local
     return Bundle(rays, rays, bundle.hits, bundle.shared_origin, bundle.occlusion)
 
 
 @inline
-def _instances(scene, code, bundle, lanes, pending):
-    """Test the spheres and walk the meshes of a leaf of the scene's tree."""
+def _instances(scene, code, bundle, lanes, pending, packets, span):
+    """Test the spheres and walk the meshes of a leaf of the scene's tree; `span` is the Interval of all `packets`."""
     base = np.int64(code // LEAF_STEP) * INSTANCE_BLOCK.words
     for j in range(code % LEAF_STEP):
         inst = scalar_int(scene.tlas_blocks, base + j)
@@ -284,7 +296,8 @@ def _instances(scene, code, bundle, lanes, pending):
         if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
             _sphere(scene, inst, record, bundle, packets_of(lanes))
             continue
-        _mesh(scene, inst, record, _in_space_of(scene, record, bundle, packets_of(lanes)), lanes, pending)
+        known = packets if _is_at_home(scene, record) else np.int32(0)
+        _mesh(scene, inst, record, _in_space_of(scene, record, bundle, packets_of(lanes)), lanes, pending, known, span)
 
 
 @inline
@@ -296,7 +309,7 @@ def _walk_scene(scene, bundle, packets, span, pending):
         if code >= 0:
             size = _push_children(scene, scene.tlas_nodes, code, bundle, here, span, limit, stack, size, _IN_SCENE)
         else:
-            _instances(scene, ~code, bundle, here, pending)
+            _instances(scene, ~code, bundle, here, pending, packets, span)
             limit = _farthest(bundle.hits, packets)
             if bundle.occlusion and limit < 0:
                 return
