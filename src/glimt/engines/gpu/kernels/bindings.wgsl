@@ -1,11 +1,11 @@
-// What kernels read and write. Records are words, whatever a field's type: see layout.py. What a walk down the trees
-// reads comes in vectors of four, at a quarter of the price.
+// What kernels read and write. Records are words, whatever a field's type: see layout.py. Most come in vectors of four,
+// at a quarter of the price.
 
 @group(0) @binding(0) var<uniform> frame_words: array<vec4<u32>, FRAME_VECTORS>;
 @group(0) @binding(1) var<storage, read> nodes: array<vec4<u32>>;   // COMPRESSED_NODE: all meshes', then the scene's
 @group(0) @binding(2) var<storage, read> blocks: array<vec4<u32>>;  // TRIANGLE_BLOCK, then PLACEMENT
 @group(0) @binding(3) var<storage, read> records: array<u32>;    // INSTANCE, MATERIAL, TEXTURE, LEVEL, LIGHT
-@group(0) @binding(4) var<storage, read> geometry: array<u32>;   // TRIANGLE, VERTEX, TANGENT
+@group(0) @binding(4) var<storage, read> geometry: array<vec4<u32>>;  // TRIANGLE, VERTEX, TANGENT
 @group(0) @binding(5) var<storage, read> texels: array<u32>;
 @group(0) @binding(6) var<storage, read_write> paths: array<vec4<u32>>;  // PATH, twice as many as there are pixels
 @group(0) @binding(7) var<storage, read_write> film: array<f32>;     // of a band: sums, then the sample at work
@@ -28,10 +28,20 @@ fn record_vector(at: u32) -> vec3<f32> {
     return vec3(record_float(at), record_float(at + 1u), record_float(at + 2u));
 }
 
-fn geometry_float(at: u32) -> f32 { return bitcast<f32>(geometry[at]); }
-fn geometry_vector(at: u32) -> vec3<f32> {
-    return vec3(geometry_float(at), geometry_float(at + 1u), geometry_float(at + 2u));
+// Vertices and material of a triangle.
+fn triangle_at(index: u32) -> vec4<u32> { return geometry[frame_int(FRAME_triangles) / 4u + index]; }
+
+struct Vertex { position: vec3<f32>, normal: vec3<f32>, texcoord: vec2<f32> }
+
+fn vertex_at(index: u32) -> Vertex {
+    let at = frame_int(FRAME_vertices) / 4u + index * (VERTEX_words / 4u);
+    let first = bitcast<vec4<f32>>(geometry[at]);
+    let second = bitcast<vec4<f32>>(geometry[at + 1u]);
+    return Vertex(first.xyz, vec3(first.w, second.xy), second.zw);
 }
+
+// A tangent, and the sign of its bitangent.
+fn tangent_at(index: u32) -> vec4<f32> { return bitcast<vec4<f32>>(geometry[frame_int(FRAME_tangents) / 4u + index]); }
 
 // The first half of a PATH record. The other two vectors are its hit and its share.
 struct Path { origin: vec3<f32>, t: f32, direction: vec3<f32>, pixel: u32 }

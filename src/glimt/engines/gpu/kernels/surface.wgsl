@@ -40,19 +40,15 @@ fn blend(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, hit: Hit) -> vec3<f32> {
 }
 
 fn mesh_surface(record: u32, hit: Hit, direction: vec3<f32>) -> Surface {
-    let triangle = frame_int(FRAME_triangles)
-        + (hit.prim + records[record + INSTANCE_first_triangle]) * TRIANGLE_words;
-    let vertices = frame_int(FRAME_vertices);
-    let corners = vec3(geometry[triangle], geometry[triangle + 1u], geometry[triangle + 2u]);
-    let a = vertices + corners.x * VERTEX_words;
-    let b = vertices + corners.y * VERTEX_words;
-    let c = vertices + corners.z * VERTEX_words;
+    let triangle = triangle_at(hit.prim + records[record + INSTANCE_first_triangle]);
+    let a = vertex_at(triangle.x);
+    let b = vertex_at(triangle.y);
+    let c = vertex_at(triangle.z);
 
     // Corners, point and geometric normal.
-    let p0 = geometry_vector(a + VERTEX_position);
-    var edge1 = geometry_vector(b + VERTEX_position) - p0;
-    var edge2 = geometry_vector(c + VERTEX_position) - p0;
-    var point = p0 + edge1 * hit.u + edge2 * hit.v;
+    var edge1 = b.position - a.position;
+    var edge2 = c.position - a.position;
+    var point = a.position + edge1 * hit.u + edge2 * hit.v;
     let placed = records[record + INSTANCE_identity] == 0u;
     if placed {
         point = to_world(record, point, 1.0);
@@ -67,8 +63,7 @@ fn mesh_surface(record: u32, hit: Hit, direction: vec3<f32>) -> Surface {
 
     // Shading normal, as modelled.
     var normal = ng;
-    let modelled = blend(geometry_vector(a + VERTEX_normal), geometry_vector(b + VERTEX_normal),
-                         geometry_vector(c + VERTEX_normal), hit);
+    let modelled = blend(a.normal, b.normal, c.normal, hit);
     if record_int(record + INSTANCE_flat) == 0 {
         normal = modelled;
         if placed { normal = rescaled(normal_to_world(record, normal)); }
@@ -77,10 +72,9 @@ fn mesh_surface(record: u32, hit: Hit, direction: vec3<f32>) -> Surface {
     }
 
     // Texture coordinates and how dense they are.
-    let ta = vec2(geometry_float(a + VERTEX_texcoord), geometry_float(a + VERTEX_texcoord + 1u));
-    let tb = vec2(geometry_float(b + VERTEX_texcoord), geometry_float(b + VERTEX_texcoord + 1u)) - ta;
-    let tc = vec2(geometry_float(c + VERTEX_texcoord), geometry_float(c + VERTEX_texcoord + 1u)) - ta;
-    let texcoord = ta + tc * hit.v + tb * hit.u;
+    let tb = b.texcoord - a.texcoord;
+    let tc = c.texcoord - a.texcoord;
+    let texcoord = a.texcoord + tc * hit.v + tb * hit.u;
     let density = abs(tb.x * tc.y - tc.x * tb.y) * per_area * per_size * per_size;
 
     // Tangent frame, built in object space so that a mirrored instance mirrors it.
@@ -89,12 +83,11 @@ fn mesh_surface(record: u32, hit: Hit, direction: vec3<f32>) -> Surface {
     var bitangent = normal;
     let has_tangent = bitcast<u32>(shift) != NO_TANGENTS;
     if has_tangent {
-        let tangents = frame_int(FRAME_tangents);
-        let at_a = tangents + u32(i32(corners.x) + shift) * TANGENT_words;
-        let at_b = tangents + u32(i32(corners.y) + shift) * TANGENT_words;
-        let at_c = tangents + u32(i32(corners.z) + shift) * TANGENT_words;
-        tangent = blend(geometry_vector(at_a), geometry_vector(at_b), geometry_vector(at_c), hit);
-        bitangent = cross(modelled, tangent) * geometry_float(at_a + TANGENT_sign);
+        let tangent_a = tangent_at(u32(i32(triangle.x) + shift));
+        let tangent_b = tangent_at(u32(i32(triangle.y) + shift));
+        let tangent_c = tangent_at(u32(i32(triangle.z) + shift));
+        tangent = blend(tangent_a.xyz, tangent_b.xyz, tangent_c.xyz, hit);
+        bitangent = cross(modelled, tangent) * tangent_a.w;
         if placed {
             tangent = rescaled(to_world(record, tangent, 0.0));
             bitangent = rescaled(to_world(record, bitangent, 0.0));
@@ -103,7 +96,7 @@ fn mesh_surface(record: u32, hit: Hit, direction: vec3<f32>) -> Surface {
         bitangent = bitangent * inverseSqrt(max(dot(bitangent, bitangent), TINY));
     }
     var material = record_int(record + INSTANCE_material);
-    if material < 0 { material = bitcast<i32>(geometry[triangle + TRIANGLE_material]); }
+    if material < 0 { material = bitcast<i32>(triangle.w); }
     return Surface(point, record_float(record + INSTANCE_extent), ng, normal, texcoord, density, tangent, bitangent,
                    normal, has_tangent, material);
 }

@@ -1,5 +1,5 @@
 // Rays down the trees: compressed nodes of eight children, 80 bytes each (Ylitie, Karras, Laine, "Efficient incoherent
-// ray traversal on GPUs through compressed wide BVHs", 2017). What differs: children go on the stack one by one, sorted by
+// ray traversal on GPUs through compressed wide BVHs", 2017). What differs: children go on the stack one by one, by
 // distance, and are dropped when something nearer has been found by then, which saves a quarter of the bytes read.
 
 struct Counts { nodes: u32, blocks: u32, instances: u32 }
