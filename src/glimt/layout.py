@@ -72,11 +72,12 @@ TRIANGLE = _struct("Triangle", vertex="3i", material="i")
 """Global indices of the corners and of the material."""
 
 INSTANCE = _struct("Instance", kind="i", root="i", first_triangle="i", material="i", tangent_shift="i", flat="i",
-                   untextured="i", identity="i", extent="f", object_to_world="12f", world_to_object="12f", center="3f", radius="f")
+                   untextured="i", identity="i", extent="f", object_to_world="12f", world_to_object="12f", center="3f",
+                   radius="f")
 """A placed mesh or a sphere. `root` is a child code, `material` -1 leaves the choice to the triangle,
 `tangent_shift` turns a vertex index into a tangent index (NO_TANGENTS: there are none), `flat` is 1 for a mesh
-without normals, `untextured` for one without texcoords, `identity` is 1 when both matrices change nothing, `extent` is the size of the world box; `center`
-and `radius` are a sphere's."""
+without normals, `untextured` for one without texcoords, `identity` is 1 when both matrices change nothing, `extent` is
+the size of the world box; `center` and `radius` are a sphere's."""
 
 PLACEMENT = _struct("Placement", world_to_object="12f", inst="i", root="i", kind="i", unused="i")
 """What a ray on a GPU has to know of an instance: a leaf of the scene's tree there. The first four words of a sphere

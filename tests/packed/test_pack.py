@@ -135,6 +135,8 @@ def test_instance_records():
     assert [record["kind"] for record in (plain, placed, ball)] == [MESH_KIND, MESH_KIND, SPHERE_KIND]
     assert (plain["identity"], placed["identity"]) == (1, 0)
     assert (plain["flat"], placed["flat"]) == (0, 1)
+    for mesh, untextured in ((square(), 0), (square(texcoords=False), 1)):
+        assert table(pack(Scene().add(mesh)), "instances")["untextured"].tolist() == [untextured]
     np.testing.assert_array_equal(placed["object_to_world"].reshape(3, 4), matrix)
     product = linalg.compose(placed["object_to_world"].reshape(3, 4).astype(float),
                              placed["world_to_object"].reshape(3, 4).astype(float))
