@@ -73,7 +73,14 @@ def _flight(result: Result) -> list[str]:
               f"{100 * row['in_time']:.1f} % | {100 * row['scale']:.0f} % | {row['changes']}, "
               f"{row['most_changes_a_second']} |" for row in result["rows"]]
     return [*lines, "", f"{result['scene']}, {result['rows'][0]['seconds']:g} s with {result['rows'][0]['threads']} "
-            "threads; a frame is timed from events to the finished picture."]
+            "threads; a frame is timed from events to the finished picture.", *_stage_lines(result)]
+
+
+def _stage_lines(result: Result) -> list[str]:
+    """Return what each stage took, where it was timed."""
+    return [line for row in result["rows"] if row.get("stage_ms") for line in (
+        "", f"{row['engine']}, ms of a picture: " + ", ".join(
+            f"{stage.replace('_', ' ')} {taken:.2f}" for stage, taken in row["stage_ms"].items()) + ".")]
 
 
 _TABLES: dict[str, Callable[[Result], list[str]]] = {"rays": _rays, "frames": _frames, "growth": _growth,
