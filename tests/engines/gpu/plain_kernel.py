@@ -27,19 +27,10 @@ from glimt.layout import COUNTER, MISS, PATH, VIEW, dtype
 from glimt.renderer import Renderer
 
 SIDE = 512
-OCCLUSION = """
-@compute @workgroup_size(GROUP_WIDTH, GROUP_HEIGHT)
-fn occlusion(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
-             @builtin(local_invocation_index) local: u32) {
-    let number = path_number(group, groups, local);
-    if number >= atomicLoad(&counters[COUNTER_paths + frame_int(FRAME_depth)]) { return; }
-    let at = path_record(number, frame_int(FRAME_half));
-    let path = path_at(at);
-    if path.pixel == NOBODY { return; }
-    var counts = Counts(0u, 0u, 0u);
-    paths[at + PATH_HIT].w = select(MISS, 0u, occluded(path.origin, path.direction, path.t, &counts));
-}
-"""
+CLOSEST = "let hit = closest_hit(path.origin, path.direction, path.t, &counts);"
+ANY = """var hit = no_hit(path.t);
+    if occluded(path.origin, path.direction, path.t, &counts) { hit.inst = 0u; }"""
+"""What `intersect` asks of each path, and what it is to ask instead."""
 
 
 def experiment(folder, bunny):
@@ -112,7 +103,10 @@ def main(folder, bunny, rounds=21):
     """Print the shares of primary, shadow and mirror rays."""
     common, bench = experiment(Path(folder), Path(bunny))
     read = shader.kernel
-    shader.kernel = lambda stem: shader.Part("occlusion.wgsl", OCCLUSION) if stem == "occlusion" else read(stem)
+    closest = read("intersect").text
+    assert CLOSEST in closest
+    occlusion = shader.Part("occlusion.wgsl", closest.replace(CLOSEST, ANY).replace("fn intersect(", "fn occlusion("))
+    shader.kernel = lambda stem: occlusion if stem == "occlusion" else read(stem)
     stages.STEMS += ("occlusion",)
     stages.STAGES += ("occlusion",)
     stages._USES["occlusion"] = stages._USES["intersect"]
