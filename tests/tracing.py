@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from glimt.engines.cpu.kernels.query import find_blocked, find_hits
+from glimt.engines.cpu.kernels.query import NO_SOURCES, find_blocked, find_hits
 from glimt.layout import MISS
 
 HIT = np.dtype([("t", "f4"), ("u", "f4"), ("v", "f4"), ("prim", "i4"), ("inst", "i4")])
@@ -28,7 +28,7 @@ def closest(packed, origins, directions, active=None):
     """
     rays, count = _rays(origins, directions, np.inf, active), len(directions)
     floats, ids = np.zeros((3, rays.shape[1]), np.float32), np.full((2, rays.shape[1]), MISS, np.int32)
-    _over_threads(lambda chunk: find_hits(packed, rays, np.ndim(origins) == 1, floats, ids, chunk))
+    _over_threads(lambda chunk: find_hits(packed, rays, NO_SOURCES, np.ndim(origins) == 1, floats, ids, chunk))
     hits = np.recarray(count, HIT)
     for name, values in zip(HIT.names, [*floats, *ids], strict=True):
         hits[name] = values[:count]
@@ -39,7 +39,7 @@ def blocked(packed, origins, directions, t_max=np.inf, active=None):
     """Return which rays meet something before `t_max`, (n,) bool; other arguments as for `closest`."""
     rays, count = _rays(origins, directions, t_max, active), len(directions)
     answers = np.zeros(rays.shape[1], np.float32)
-    _over_threads(lambda chunk: find_blocked(packed, rays, np.ndim(origins) == 1, answers, chunk))
+    _over_threads(lambda chunk: find_blocked(packed, rays, NO_SOURCES, np.ndim(origins) == 1, answers, chunk))
     return answers[:count] > 0
 
 

@@ -11,6 +11,7 @@ import functools
 import hashlib
 import os
 import shutil
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -244,6 +245,16 @@ def is_ready(dispatcher: Any) -> bool:
     function = dispatcher.py_func
     name = f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}-*.nbc"
     return bool(dispatcher.overloads) or any(cache_folder().glob(name))
+
+
+def compile_elsewhere(code: str) -> "subprocess.Popen[bytes] | None":
+    """Start a process that runs `code`, which compiles kernels into the cache; return None where that cannot be."""
+    python = "python" in os.path.basename(sys.executable or "").lower()
+    if not python or any(isinstance(each._cache, caching.NullCache) for each in KERNELS):
+        return None
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
+    return subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.DEVNULL, env=environment,
+                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def inline(function: Callable[..., Any]) -> Any:

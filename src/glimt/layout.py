@@ -71,13 +71,23 @@ TANGENT = _struct("Tangent", tangent="3f", sign="f")
 TRIANGLE = _struct("Triangle", vertex="3i", material="i")
 """Global indices of the corners and of the material."""
 
+CLEARANCE = _struct("Clearance", distances="i")
+"""How far from a triangle nothing of its mesh is higher above it than each of CLEAR_SINES: a byte b for each, the
+lowest elevation in the lowest, for ``2**(b // 8) * (1 + b % 8 / 8) - 1`` units;
+255 for any distance, 0 for not known."""
+
+CLEAR_SINES = tuple(np.float32(sine) for sine in (0.1, 0.2, 0.4, 0.7))
+CLEAR_SHIFT, CLEAR_BIAS = np.int32(20), np.int32(127 << 23)
+"""A byte, shifted and biased, has the bits of the float that is a unit more than its distance."""
+
 INSTANCE = _struct("Instance", kind="i", root="i", first_triangle="i", material="i", tangent_shift="i", flat="i",
-                   untextured="i", identity="i", extent="f", object_to_world="12f", world_to_object="12f", center="3f",
-                   radius="f")
+                   untextured="i", identity="i", extent="f", clear_unit="f", object_to_world="12f",
+                   world_to_object="12f", center="3f", radius="f")
 """A placed mesh or a sphere. `root` is a child code, `material` -1 leaves the choice to the triangle,
 `tangent_shift` turns a vertex index into a tangent index (NO_TANGENTS: there are none), `flat` is 1 for a mesh
 without normals, `untextured` for one without texcoords, `identity` is 1 when both matrices change nothing, `extent` is
-the size of the world box; `center` and `radius` are a sphere's."""
+the size of the world box, `clear_unit` the length of a unit of CLEARANCE, below 0 where that is of the clockwise side
+and 0 where it says nothing; `center` and `radius` are a sphere's."""
 
 PLACEMENT = _struct("Placement", world_to_object="12f", inst="i", root="i", kind="i", unused="i")
 """What a ray on a GPU has to know of an instance: a leaf of the scene's tree there. The first four words of a sphere

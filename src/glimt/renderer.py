@@ -116,8 +116,18 @@ class Renderer:
         """Render the scene with lights as they stand at `time` seconds; `film` is one that may be written over."""
         settings = self.scene.settings
         self._upload(time)
+        if self._engine.uses_clearances:
+            self._packer.clearances().begin_picture()
         return self._engine.render(self._view(), (settings.width, settings.height), settings.samples,
                                    settings.max_bounces, progress, film)
+
+    def settle(self) -> None:
+        """Wait for what is worked out beside the pictures so that later ones become faster.
+
+        It begins with the second picture by itself. Whoever measures pictures calls this first.
+        """
+        if self._engine.uses_clearances:
+            self._packer.clearances().finish()
 
     def render_debug(self, view: DebugView, time: float = 0.0, light: int | None = None) -> DebugFilm:
         """Render numbers a pixel instead of radiance, one ray each; `DebugFilm.image` shows them.

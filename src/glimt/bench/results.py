@@ -8,6 +8,9 @@ from glimt.errors import GlimtError
 
 Result = dict[str, Any]
 
+AT_ONCE = "glimt, no clearances"
+"""Name of the rate of rays that know nothing of the surface they leave, in a row of "rays"."""
+
 
 class Kind(NamedTuple):
     """A benchmark: the version of its results, what tells their rows apart, and what `ratio` is."""

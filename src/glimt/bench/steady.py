@@ -35,6 +35,7 @@ class SteadyFrames:
         self._renderer = Renderer(own, threads=threads, engine="cpu")
         self._camera, self._swing_deg, self._frame = scene.camera_or_framing(), swing_deg, 0
         self._film = self._renderer.render()
+        self._renderer.settle()
         self.counters = self._film.counters
 
     def __call__(self) -> None:

@@ -57,6 +57,10 @@ class Engine(Protocol):
     def is_ready(self, samples: Samples, shows: DebugView | None = None) -> bool:
         """Return whether such a picture, or debug view, is rendered at once: what is rarely wanted is prepared late."""
 
+    @property
+    def uses_clearances(self) -> bool:
+        """Whether pictures become faster when `PackedScene.clearances` are found."""
+
     def keep_films(self) -> Any:
         """Leave films where they are computed from now on: they are to be shown there, and come back when asked for.
 

@@ -47,6 +47,11 @@ class FallbackEngine:
         """What computes now."""
         return self._engine.description
 
+    @property
+    def uses_clearances(self) -> bool:
+        """See `Engine.uses_clearances`."""
+        return self._engine.uses_clearances
+
     def prepare(self, progress: Progress | None = None) -> None:
         """See `Engine.prepare`."""
         self._ask(lambda engine: engine.prepare(progress))

@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt import bvh
-from glimt.layout import NO_TANGENTS, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX
+from glimt.layout import CLEARANCE, NO_TANGENTS, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX
 from glimt.packed.meshes import PackedMesh, pack_mesh, remember, shift_codes
 from glimt.scene.mesh import Mesh
 
 Words = NDArray[np.float32]
 
-_KINDS = {"nodes": NODE, "blocks": TRIANGLE_BLOCK, "vertices": VERTEX, "tangents": TANGENT, "triangles": TRIANGLE}
+_KINDS = {"nodes": NODE, "blocks": TRIANGLE_BLOCK, "vertices": VERTEX, "tangents": TANGENT, "triangles": TRIANGLE,
+          "clearances": CLEARANCE}
 """The arrays of a `PackedMesh`."""
 
 
@@ -38,6 +39,7 @@ class Placement(NamedTuple):
     tangent_shift: int
     flat: bool
     untextured: bool
+    clear_unit: float
 
 
 class Geometry(NamedTuple):
@@ -48,6 +50,7 @@ class Geometry(NamedTuple):
     vertices: Words
     tangents: Words
     triangles: Words
+    clearances: Words
     placements: list[Placement]
     spans: list[tuple[int, int]]  # of each mesh, its first leaf block and how many there are
 
@@ -68,7 +71,7 @@ def join_meshes(uses: list[MeshUse], threads: int) -> Geometry:
         Placement(start["nodes"], start["triangles"],
                   start["tangents"] - start["vertices"] if mesh.tangents.size else int(NO_TANGENTS),
                   use.mesh.normals is None and not mesh.tangents.size,  # tangents come with normals
-                  use.mesh.texcoords is None)
+                  use.mesh.texcoords is None, mesh.clear_unit)
         for use, mesh, start in zip(uses, packed, starts, strict=True)],
         spans=[(start["blocks"], mesh.blocks.size // TRIANGLE_BLOCK.words)
                for mesh, start in zip(packed, starts, strict=True)])

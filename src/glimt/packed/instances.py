@@ -19,6 +19,9 @@ _BOX_PAD = 2e-6
 """World boxes grow by this share of their size and place: more than rounding takes from a ray on its way into object
 space."""
 
+_SIMILAR = 1e-4
+"""Matrices keep angles when no two axes differ by more than this share."""
+
 
 class PackedInstances(NamedTuple):
     """INSTANCE records as words, and their world boxes, (n, 3) float32 each."""
@@ -61,6 +64,7 @@ def _mesh_records(instances: list[Instance], meshes: dict[Mesh, int], placements
     for name, column in zip(Placement._fields, zip(*placements, strict=True), strict=True):
         records[name] = np.array(column)[which]
     records["material"] = [material_ids[thing.material] if thing.material else -1 for thing in instances]
+    records["clear_unit"] *= _signed_scale(matrices)
     records["identity"] = (matrices == linalg.identity()).all((1, 2))
     records["object_to_world"] = matrices.reshape(-1, 12)
     records["world_to_object"] = _inverses(instances, matrices).reshape(-1, 12)
@@ -85,6 +89,15 @@ def _matrices(instances: list[Instance]) -> NDArray[np.float64]:
             owner = f"instance {thing.name!r}"
             checks.array(owner, "object_to_world", thing.object_to_world, (3, 4), np.float64)
     return np.concatenate([thing.object_to_world for thing in instances]).astype(np.float64).reshape(-1, 3, 4)
+
+
+def _signed_scale(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return by how much matrices make lengths longer, below 0 for a mirror; 0 for one that changes angles."""
+    linear = matrices[..., :3]
+    squares = linear.transpose(0, 2, 1) @ linear
+    scale = np.sqrt(np.trace(squares, axis1=1, axis2=2) / 3)
+    odd = np.abs(squares - (scale**2)[:, None, None] * np.eye(3)).max((1, 2)) > _SIMILAR * scale**2
+    return np.where(odd, 0, scale * np.sign(np.linalg.det(linear)))
 
 
 def _inverses(instances: list[Instance], matrices: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,18 +1,23 @@
 """One mesh as arrays: its tree, its triangles in leaf blocks, and what shading needs."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from glimt import bvh
-from glimt.layout import LEAF_SIZE, LEAF_STEP, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX
+from glimt.layout import CLEARANCE, LEAF_SIZE, LEAF_STEP, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX
 from glimt.scene.mesh import Mesh
 from glimt.scene.tangents import tangent_space
 
 _BOX_PAD = np.float32(2.0**-21)
 """As a share of a triangle's largest coordinate: eight times what float32 rounds off."""
+CLEAR_UNIT = 2.0**-20
+"""The unit of clearances as a share of the mesh's size."""
+_LEAST_TRIANGLES = 512
+"""A ray that leaves a smaller mesh has soon met all of it anyway: nothing is known of its clearances."""
+_SAMPLES = 4096  # triangles by which a mesh's side is chosen
 _CHUNK = 1 << 15  # leaf blocks filled at a time: bounds what that takes beside the blocks
 
 Words = NDArray[np.float32]
@@ -30,6 +35,10 @@ class PackedMesh(NamedTuple):
     tangents : TANGENT words, none for a mesh that needs none
     triangles : TRIANGLE words
         Vertices count from `first_vertex` vertices before; `material_ids` are those of the mesh's materials.
+    clearances : CLEARANCE words
+        See `clearance.ClearanceFinder`.
+    clear_unit : float
+        The unit of their distances, below 0 if they are those of the clockwise side of triangles.
     depth : int
         Of the tree.
     with_tangents : bool
@@ -41,6 +50,8 @@ class PackedMesh(NamedTuple):
     vertices: Words
     tangents: Words
     triangles: Words
+    clearances: Words
+    clear_unit: float
     first_node: int
     first_block: int
     first_vertex: int
@@ -66,7 +77,8 @@ def pack_mesh(mesh: Mesh, with_tangents: bool, threads: int) -> PackedMesh:
     if packed is None:
         tree = _tree(mesh, threads)
         packed = PackedMesh(tree.nodes, _leaf_blocks(mesh, tree.leaf_prims), *_shading_arrays(mesh, with_tangents),
-                            0, 0, 0, tuple(range(len(mesh.materials))), tree.depth, with_tangents)
+                            _nothing_known(mesh), _clear_unit(mesh), 0, 0, 0, tuple(range(len(mesh.materials))),
+                            tree.depth, with_tangents)
         mesh.moved_from = None
         remember(mesh, packed)
     elif packed.with_tangents != with_tangents:
@@ -91,6 +103,12 @@ def remember(mesh: Mesh, packed: PackedMesh) -> None:
 def mesh_tree(mesh: Mesh) -> bvh.WideTree:
     """Return the tree of a mesh that has been packed."""
     return _PACKED[mesh].tree()
+
+
+def holds_clearances(mesh: Mesh, words: NDArray[Any]) -> bool:
+    """Return whether the clearances of a mesh are a part of these."""
+    packed = _PACKED.get(mesh)
+    return packed is not None and np.may_share_memory(packed.clearances, words)
 
 
 def shift_codes(nodes: Words, nodes_before: int, blocks_before: int) -> None:
@@ -156,3 +174,26 @@ def _unit(normals: Words) -> Words:
     wide = normals.astype(np.float64)
     wide /= np.maximum(np.linalg.norm(wide, axis=1, keepdims=True), 1e-300)
     return wide.astype(np.float32)
+
+
+def _nothing_known(mesh: Mesh) -> Words:
+    words = bvh.aligned(len(mesh.triangles) * CLEARANCE.words)
+    words[:] = 0
+    return words
+
+
+def _clear_unit(mesh: Mesh) -> float:
+    """Return the unit of a mesh's clearances, below 0 if they are those of the clockwise side of its triangles.
+
+    It is the side of its normals, if it has any. 0 for a mesh that gets none.
+    """
+    if len(mesh.triangles) < _LEAST_TRIANGLES:
+        return 0.0
+    lo, hi = mesh.bounds()
+    unit = float((hi - lo).max()) * CLEAR_UNIT
+    if mesh.normals is None:
+        return unit
+    some = mesh.triangles[::len(mesh.triangles) // _SAMPLES + 1]
+    a, b, c = (mesh.positions[some[:, k]].astype(np.float64) for k in range(3))
+    agree = (np.cross(b - a, c - a) * mesh.normals[some[:, 0]]).sum(1)
+    return unit if np.sign(agree).sum() >= 0 else -unit

@@ -1,6 +1,7 @@
 """Scene objects to the arrays that engines read."""
 
 import warnings
+import weakref
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from glimt import bvh
 from glimt.errors import GlimtWarning
 from glimt.layout import INSTANCE_BLOCK, SPAN
+from glimt.packed.clearance import ClearanceFinder, LookAround
 from glimt.packed.frame import pack_lights
 from glimt.packed.geometry import Geometry, MeshUse, join_meshes
 from glimt.packed.instances import PackedInstances, pack_instances
@@ -54,6 +56,7 @@ class Packer:
         self._textures = TexturePacker(threads)
         self._uses: list[MeshUse] | None = None
         self._geometry: Geometry
+        self._finder: ClearanceFinder | None = None
         self._boxes: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None
         self._last_spans = np.zeros(0, np.float32)
         self._tlas: tuple[NDArray[np.float32], NDArray[np.float32]]  # nodes, blocks
@@ -63,6 +66,7 @@ class Packer:
         contents = _survey(scene)
         uses = [_mesh_use(mesh, shown, contents.materials) for mesh, shown in contents.shown.items()]
         if uses != self._uses:
+            self._forget_finder()
             self._geometry = join_meshes(uses, self._threads)
             self._uses = uses
         geometry = self._geometry
@@ -74,9 +78,26 @@ class Packer:
         return PackedScene(
             tlas_nodes=tlas_nodes, tlas_blocks=tlas_blocks,
             blas_nodes=geometry.nodes, blas_blocks=geometry.blocks, instances=instances.records,
-            triangles=geometry.triangles, vertices=geometry.vertices, tangents=geometry.tangents,
+            triangles=geometry.triangles, clearances=geometry.clearances, vertices=geometry.vertices,
+            tangents=geometry.tangents,
             materials=materials, textures=textures, levels=levels, texels=texels,
             lights=pack_lights(scene.lights, time), spans=self._spans(contents.objects, places))
+
+    def clearances(self) -> ClearanceFinder:
+        """Return what finds the clearances of the meshes last packed."""
+        if self._finder is None:
+            known, finder = self._geometry, None
+            meshes = [LookAround(use.mesh, place.root, first, first + blocks, place.first_triangle, place.clear_unit)
+                      for use, place, (first, blocks) in zip(self._uses or [], known.placements, known.spans,
+                                                             strict=True)]
+            self._finder = finder = ClearanceFinder(known.nodes, known.blocks, known.clearances, meshes)
+            weakref.finalize(self, finder.stop)
+        return self._finder
+
+    def _forget_finder(self) -> None:
+        if self._finder:
+            self._finder.stop()
+        self._finder = None
 
     def _spans(self, objects: list[Instance | Sphere], places: dict[Mesh, int]) -> NDArray[np.float32]:
         """Return the SPAN records of instances and spheres, when everything is to be tested; the last ones if alike."""

@@ -23,6 +23,7 @@ class PackedScene(NamedTuple):
     blas_blocks: Words  # TRIANGLE_BLOCK
     instances: Words  # INSTANCE
     triangles: Words  # TRIANGLE
+    clearances: Words  # CLEARANCE of each triangle; may change from not known to known while it is read
     vertices: Words  # VERTEX
     tangents: Words  # TANGENT
     materials: Words  # MATERIAL

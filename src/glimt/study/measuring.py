@@ -41,6 +41,7 @@ class Frames:
                                   options=setting.options)
         self._clock = clock
         self.film = self._renderer.render()
+        self._renderer.settle()
         self.stages: list[dict[str, float]] = []  # shares of a frame's time
 
     def __call__(self) -> float:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt.engines.cpu.kernels.query import find_hits
+from glimt.engines.cpu.kernels.query import NO_SOURCES, find_hits
 from glimt.packed import PackedScene
 
 _GRANULE = 16  # rays are asked in whole packets of every width
@@ -14,5 +14,5 @@ def closest_hits(packed: PackedScene, rays: NDArray[np.float32]) -> tuple[NDArra
     count = rays.shape[1]
     padded = np.concatenate([rays, np.repeat(rays[:, -1:], -count % _GRANULE, 1)], 1)
     floats, ids = np.zeros((3, padded.shape[1]), np.float32), np.zeros((2, padded.shape[1]), np.int32)
-    find_hits(packed, padded, False, floats, ids, np.zeros(1, np.int64))
+    find_hits(packed, padded, NO_SOURCES, False, floats, ids, np.zeros(1, np.int64))
     return floats[:, :count], ids[:, :count]

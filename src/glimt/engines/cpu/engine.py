@@ -69,6 +69,11 @@ class CpuEngine:
         """What computes."""
         return f"CPU, {self.threads} thread{'s' * (self.threads > 1)}"
 
+    @property
+    def uses_clearances(self) -> bool:
+        """Whether rays that leave a surface begin where they can meet anything."""
+        return True
+
     def prepare(self, progress: Progress | None = None) -> None:
         """Compile the kernels if this machine has not done so yet; say so, since it takes a while."""
         if is_ready(render_tiles):

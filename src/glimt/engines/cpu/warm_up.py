@@ -6,20 +6,19 @@ one what that calls and the tree builder, which are then found in the cache.
 
 import os
 import subprocess
-import sys
 import threading
 import time
 from typing import Any
 
 import numpy as np
-from numba.core import caching, event
+from numba.core import event
 
 from glimt import bvh
 from glimt.engines.cpu.control import new_control, new_counters
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.engines.engine import Progress
-from glimt.kernel import is_ready, remove_stale_caches
+from glimt.kernel import compile_elsewhere, is_ready, remove_stale_caches
 from glimt.layout import VIEW
 from glimt.packed import PackedScene
 
@@ -61,12 +60,10 @@ def compile_rest() -> None:
 
 
 class Helper:
-    """The process that compiles the rest."""
+    """Waits for the process that compiles the rest."""
 
-    def __init__(self) -> None:
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
-        self._process = subprocess.Popen([sys.executable, "-c", _CODE], stdin=subprocess.DEVNULL, env=environment,
-                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    def __init__(self, process: "subprocess.Popen[bytes]") -> None:
+        self._process = process
 
     def wait_for_traversal(self) -> None:
         """Wait until the traversal is compiled, which comes first, or nothing more can be expected."""
@@ -95,10 +92,9 @@ def begin() -> None:
     if is_ready(render_tiles):
         threading.Thread(target=_load, name="glimt-load", daemon=True).start()  # LLVM works without the GIL
         return
-    alone = (os.cpu_count() or 1) == 1 or "python" not in os.path.basename(sys.executable or "").lower()
-    uncached = isinstance(render_tiles._cache, caching.NullCache)
-    if _helper is None and not (alone or uncached):
-        _helper = Helper()
+    if _helper is None and (os.cpu_count() or 1) > 1:
+        process = compile_elsewhere(_CODE)
+        _helper = Helper(process) if process else None
 
 
 def _load() -> None:

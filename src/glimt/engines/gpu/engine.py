@@ -72,6 +72,11 @@ class GpuEngine:
         """What computes."""
         return self._device.adapter.summary
 
+    @property
+    def uses_clearances(self) -> bool:
+        """Rays begin where they leave."""
+        return False
+
     def prepare(self, progress: Progress | None = None) -> None:
         """Do nothing: pipelines depend on how deep a scene's trees are."""
 

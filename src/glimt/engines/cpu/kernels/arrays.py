@@ -21,6 +21,7 @@ class Arrays(NamedTuple):
     blas_blocks: object
     instances: object
     triangles: object
+    clearances: object
     vertices: object
     tangents: object
     materials: object
@@ -42,10 +43,10 @@ def arrays(scene, light_count, view, counters, recorded):
     """Return the pointers: cheap to pass down, without reference counts."""
     return Arrays(pointer(scene.tlas_nodes), pointer(scene.tlas_blocks), pointer(scene.blas_nodes),
                   pointer(scene.blas_blocks), pointer(scene.instances), pointer(scene.triangles),
-                  pointer(scene.vertices), pointer(scene.tangents), pointer(scene.materials),
-                  pointer(scene.textures), pointer(scene.levels), pointer(scene.texels), pointer(scene.lights),
-                  pointer(scene.spans), light_count, len(scene.spans) // SPAN.words, pointer(view), pointer(counters),
-                  pointer(recorded), recorded.shape[2])
+                  pointer(scene.clearances), pointer(scene.vertices), pointer(scene.tangents),
+                  pointer(scene.materials), pointer(scene.textures), pointer(scene.levels), pointer(scene.texels),
+                  pointer(scene.lights), pointer(scene.spans), light_count, len(scene.spans) // SPAN.words,
+                  pointer(view), pointer(counters), pointer(recorded), recorded.shape[2])
 
 
 class Trees(NamedTuple):

@@ -33,18 +33,19 @@ RAY = _planes("RayPlanes", origin=3, direction=3, inverse=3, near_add=3, far_add
               shear_origin=3, longest=1, axis=1)
 """Rays in one space, set up for boxes and triangles (see `packet.Rays`)."""
 
-HIT = _planes("HitPlanes", t=1, u=1, v=1, prim=1, inst=1)
-"""See `hit.Hit`."""
+HIT = _planes("HitPlanes", t=1, u=1, v=1, prim=1, inst=1, clear=1, source=1, begin=1)
+"""See `hit.Hit`. `clear`: a t before which a ray meets nothing of the instance `source`, which it leaves (MISS: none);
+`begin`: where it begins in the tree of the instance at hand."""
 
 SINGLE = _planes("SinglePlanes", near=3, axis=3)
 """What a ray needs to go by itself: word offsets of the planes it meets first, and of the axes in its own order."""
 
-PATH = _planes("PathPlanes", pixel=1, throughput=1, travelled=1)
+PATH = _planes("PathPlanes", pixel=1, throughput=1, travelled=1, clear=1, source=1)
 """Where rays come from: their pixel's number in the block, the share of their light that arrives there, and the length
-of the path so far."""
+of the path so far; `clear` and `source` as in HIT."""
 
-POINT = _planes("PointPlanes", point=3, start=3, ng=3, ns=3, diffuse=3, specular=3, exponent=1, reflectivity=1, lit=3,
-                wi=3, cosine=1, arriving=1)
+POINT = _planes("PointPlanes", point=3, start=3, ng=3, ns=3, clearance=1, clear_unit=1, diffuse=3, specular=3,
+                exponent=1, reflectivity=1, lit=3, wi=3, cosine=1, arriving=1)
 """Surface points being shaded: `start` is where rays leave; `lit` is the light found so far; the rest of it, from wi
 on, is that of one light."""
 

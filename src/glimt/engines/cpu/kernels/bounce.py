@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from glimt.engines.cpu.kernels.block import PATH, POINT, RAY, SLOTS, first_slot, lanes_of
+from glimt.engines.cpu.kernels.block import HIT, PATH, POINT, RAY, SLOTS, first_slot, lanes_of
+from glimt.engines.cpu.kernels.clearance import clear_distance
 from glimt.engines.cpu.kernels.resolve import add_to_pixels
 from glimt.kernel import inline
 from glimt.lanes import (
@@ -57,14 +58,18 @@ def bounce(block, packets, depth, max_bounces):
         if any_lane(onward):
             direction = load3(block.rays, RAY.direction + slot, SLOTS)
             pixel, travelled = load_int(block.paths, PATH.pixel + slot), load(block.paths, PATH.travelled + slot)
-            direction = mirror_direction(direction, load3(block.points, POINT.ng + slot, SLOTS),
-                                         load3(block.points, POINT.ns + slot, SLOTS))
-            start = load3(block.points, POINT.start + slot, SLOTS)
+            ng = load3(block.points, POINT.ng + slot, SLOTS)
+            direction = mirror_direction(direction, ng, load3(block.points, POINT.ns + slot, SLOTS))
+            clear = clear_distance(load_int(block.points, POINT.clearance + slot),
+                                   load(block.points, POINT.clear_unit + slot), dot(direction, ng))
+            source, start = load_int(block.hits, HIT.inst + slot), load3(block.points, POINT.start + slot, SLOTS)
             compress_store3(block.rays, RAY.origin + count, SLOTS, start, onward)
             compress_store3(block.rays, RAY.direction + count, SLOTS, direction, onward)
             compress_store(block.paths, PATH.throughput + count, throughput * reflectivity, onward)
             compress_store(block.paths, PATH.travelled + count, travelled, onward)
             compress_store(block.paths, PATH.pixel + count, pixel, onward)
+            compress_store(block.paths, PATH.clear + count, clear, onward)
+            compress_store(block.paths, PATH.source + count, source, onward)
             count += population_count(bits(onward))
     onward_packets = np.int32(0)
     for k in range((count + LANES - 1) // LANES):

@@ -5,7 +5,8 @@ import numpy as np
 from glimt.engines.cpu.kernels.block import PACKETS, PATH, RAY, SLOTS
 from glimt.engines.cpu.kernels.camera import camera_ray
 from glimt.kernel import inline
-from glimt.lanes import LANES, any_lane, bits, f32, fma, lane_numbers, store, store3, store_scalar, to_float
+from glimt.lanes import LANES, any_lane, bits, f32, fma, i32, lane_numbers, store, store3, store_scalar, to_float
+from glimt.layout import MISS
 
 PACKET_WIDTH = 2 if LANES == 4 else 4
 PACKET_HEIGHT = LANES // PACKET_WIDTH
@@ -36,6 +37,8 @@ def put_rays(scene, block, k, columns, rows, shift_x, shift_y, width, height):
     store(block.paths, PATH.pixel + slot, lane_numbers() + np.int32(slot))
     store(block.paths, PATH.throughput + slot, f32(1.0))
     store(block.paths, PATH.travelled + slot, f32(0.0))
+    store(block.paths, PATH.clear + slot, f32(0.0))
+    store(block.paths, PATH.source + slot, i32(MISS))
 
 
 @inline

@@ -31,6 +31,15 @@ def no_hit(active, t_max):
 
 
 @inline
+def begin_hits(words, slot, active, t_max, clear, source):
+    """Write the hits of a packet to start with: lanes of `active` look as far as t_max (for the rest see `HIT`)."""
+    store_hit(words, slot, no_hit(active, t_max))
+    store(words, HIT.clear + slot, clear)
+    store(words, HIT.source + slot, source)
+    store(words, HIT.begin + slot, f32(0.0))
+
+
+@inline
 def closer(hit, t, inst, prim):
     """Return the lanes where a hit at t replaces `hit`.
 

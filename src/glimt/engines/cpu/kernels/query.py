@@ -4,18 +4,23 @@ import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import trees
 from glimt.engines.cpu.kernels.block import HIT, HIT_WORDS, RAY_WORDS, SLOTS
-from glimt.engines.cpu.kernels.hit import hit_at, no_hit, store_hit
+from glimt.engines.cpu.kernels.clearance import clear_distance
+from glimt.engines.cpu.kernels.hit import begin_hits, hit_at
 from glimt.engines.cpu.kernels.packet import fill_idle, set_up
 from glimt.engines.cpu.kernels.traverse import NO_FLAGS, OCCLUSION, SHARED_ORIGIN, TRACE, trace
 from glimt.kernel import calls, inline, kernel
-from glimt.lanes import LANES, any_lane, atomic_add, f32, load, select, stack_floats, store, vector3
+from glimt.lanes import LANES, any_lane, atomic_add, f32, i32, load, load_int, select, stack_floats, store, vector3
+from glimt.layout import MISS
+
+NO_SOURCES = np.zeros((4, 0), np.float32)
+"""`sources` of rays that leave no mesh, or nothing that is known of."""
 
 CHUNK = 4096
 """Rays that a thread takes at once; a multiple of every block's size."""
 
 
 @inline
-def _begin(rays, n, i, block, hits):
+def _begin(rays, sources, n, i, block, hits):
     """Set up the block of rays that starts at ray i; return its packets with anything to do."""
     packets = np.int32(0)
     for k in range(min(SLOTS, n - i) // LANES):
@@ -23,7 +28,11 @@ def _begin(rays, n, i, block, hits):
         at = i + slot
         t_max = load(rays, 6 * n + at)
         active = t_max > 0.0
-        store_hit(hits, slot, no_hit(active, t_max))
+        clear, source = f32(0.0), i32(MISS)
+        if sources.shape[1]:
+            clear = clear_distance(load_int(sources, at), load(sources, n + at), load(sources, 2 * n + at))
+            source = load_int(sources, 3 * n + at)
+        begin_hits(hits, slot, active, t_max, clear, source)
         if any_lane(active):
             packets |= np.int32(1) << np.int32(k)
             origin = vector3(load(rays, at), load(rays, n + at), load(rays, 2 * n + at))
@@ -34,7 +43,7 @@ def _begin(rays, n, i, block, hits):
 
 @calls(TRACE)
 @kernel
-def find_hits(scene, rays, shared_origin, floats, ids, chunk):
+def find_hits(scene, rays, sources, shared_origin, floats, ids, chunk):
     """Answer rays by the nearest thing they meet.
 
     Parameters
@@ -42,6 +51,9 @@ def find_hits(scene, rays, shared_origin, floats, ids, chunk):
     scene : PackedScene
     rays : (7, n) float32
         Origins, directions, and how far each looks; one that looks no farther than 0 is idle. n is a multiple of 16.
+    sources : (4, n) float32
+        What is known of the surfaces that rays leave: words of CLEARANCE, a ray's t after one of their units, the sine
+        at which it rises, the instance. The first and the last are int32. Or NO_SOURCES.
     shared_origin : bool
         Whether all start in one point.
     floats, ids : (3, n) float32, (2, n) int32
@@ -58,7 +70,7 @@ def find_hits(scene, rays, shared_origin, floats, ids, chunk):
         if first >= n:
             return
         for i in range(first, min(first + CHUNK, n), SLOTS):
-            trace(here, block, local, hits, flags, _begin(rays, n, i, block, hits))
+            trace(here, block, local, hits, flags, _begin(rays, sources, n, i, block, hits))
             for k in range(min(SLOTS, n - i) // LANES):
                 at, hit = i + k * LANES, hit_at(hits, np.int64(k * LANES))
                 store(floats, at, hit.t)
@@ -70,7 +82,7 @@ def find_hits(scene, rays, shared_origin, floats, ids, chunk):
 
 @calls(TRACE)
 @kernel
-def find_blocked(scene, rays, shared_origin, blocked, chunk):
+def find_blocked(scene, rays, sources, shared_origin, blocked, chunk):
     """Write 1 to (n,) float32 `blocked` for each ray that meets something, else 0; the rest as for `find_hits`."""
     here = trees(scene)
     block, local, hits = stack_floats(RAY_WORDS), stack_floats(RAY_WORDS), stack_floats(HIT_WORDS)
@@ -81,7 +93,7 @@ def find_blocked(scene, rays, shared_origin, blocked, chunk):
         if first >= n:
             return
         for i in range(first, min(first + CHUNK, n), SLOTS):
-            trace(here, block, local, hits, flags, _begin(rays, n, i, block, hits))
+            trace(here, block, local, hits, flags, _begin(rays, sources, n, i, block, hits))
             for k in range(min(SLOTS, n - i) // LANES):
                 at = i + k * LANES
                 met = (load(rays, 6 * n + at) > 0.0) & (load(hits, HIT.t + np.int64(k * LANES)) < 0.0)

@@ -45,6 +45,8 @@ def _points(scene, block, packets, spread, depth):
         store3(block.points, POINT.point + slot, SLOTS, surface.point)
         store3(block.points, POINT.start + slot, SLOTS, above(surface))
         store3(block.points, POINT.ng + slot, SLOTS, surface.ng)
+        store(block.points, POINT.clearance + slot, surface.clearance)
+        store(block.points, POINT.clear_unit + slot, surface.clear_unit)
         store3(block.points, POINT.ns + slot, SLOTS, material.ns)
         store3(block.points, POINT.diffuse + slot, SLOTS, material.diffuse)
         store3(block.points, POINT.specular + slot, SLOTS, material.specular)
@@ -54,14 +56,14 @@ def _points(scene, block, packets, spread, depth):
     return met
 
 
-def radiance_of_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, vertices, tangents,
-                     materials, textures, levels, texels, lights, spans, light_count, span_count, view_words, counters,
-                     recorded, room, rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found,
-                     occluders, packets, spread, max_bounces):
+def radiance_of_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, clearances, vertices,
+                     tangents, materials, textures, levels, texels, lights, spans, light_count, span_count, view_words,
+                     counters, recorded, room, rays, hits, shadow_rays, shadow_hits, local, paths, points, sums,
+                     active, found, occluders, packets, spread, max_bounces):
     """Do what `radiance` asks for."""
-    scene = Arrays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, vertices, tangents,
-                   materials, textures, levels, texels, lights, spans, light_count, span_count, view_words, counters,
-                   recorded, room)
+    scene = Arrays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, clearances, vertices,
+                   tangents, materials, textures, levels, texels, lights, spans, light_count, span_count, view_words,
+                   counters, recorded, room)
     block = Block(rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found, occluders)
     time = tick(scene)
     for depth in range(max_bounces + 1):
@@ -82,7 +84,7 @@ def radiance_of_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances
 
 _FLOATS, _INTS, _LONGS = (types.CPointer(kind) for kind in (types.float32, types.int32, types.int64))
 RADIANCE = SharedKernel(radiance_of_rays, (
-    *[_FLOATS] * 14, *[types.int64] * 2, _FLOATS, _LONGS, _FLOATS, types.int64, *[_FLOATS] * 8, *[_INTS] * 3,
+    *[_FLOATS] * 15, *[types.int64] * 2, _FLOATS, _LONGS, _FLOATS, types.int64, *[_FLOATS] * 8, *[_INTS] * 3,
     types.int32, types.float32, types.int64))
 _call = RADIANCE.call
 

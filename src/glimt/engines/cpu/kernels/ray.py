@@ -71,7 +71,8 @@ def children(nodes, base, rays, singles, hits, slot):
     x, y, z = scalar(rays, inverse), scalar(rays, inverse + _Y), scalar(rays, inverse + _Z)
     entry = maximum(maximum(fma(load8(nodes, base + near_x), x, scalar(rays, near_add)),
                             fma(load8(nodes, base + near_y), y, scalar(rays, near_add + _Y))),
-                    maximum(fma(load8(nodes, base + near_z), z, scalar(rays, near_add + _Z)), 0.0))
+                    maximum(fma(load8(nodes, base + near_z), z, scalar(rays, near_add + _Z)),
+                            scalar(hits, HIT.begin + slot)))
     leave = minimum(minimum(fma(load8(nodes, base + BOTH_X - near_x), x, scalar(rays, far_add)),
                             fma(load8(nodes, base + BOTH_Y - near_y), y, scalar(rays, far_add + _Y))),
                     minimum(fma(load8(nodes, base + BOTH_Z - near_z), z, scalar(rays, far_add + _Z)),

@@ -4,13 +4,28 @@ import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import count_rays
 from glimt.engines.cpu.kernels.block import HIT, POINT, RAY, SLOTS, first_slot, lanes_of
-from glimt.engines.cpu.kernels.hit import no_hit, store_hit
+from glimt.engines.cpu.kernels.clearance import clear_distance
+from glimt.engines.cpu.kernels.hit import begin_hits
 from glimt.engines.cpu.kernels.light import light_sample
 from glimt.engines.cpu.kernels.material import material_eval
 from glimt.engines.cpu.kernels.occluder import trace_shadow_rays
 from glimt.engines.cpu.kernels.packet import fill_idle, set_up
 from glimt.kernel import inline
-from glimt.lanes import any_lane, dot, f32, load, load3, maximum, reciprocal, scalar3, select, select3, store, store3
+from glimt.lanes import (
+    any_lane,
+    dot,
+    f32,
+    load,
+    load3,
+    load_int,
+    maximum,
+    reciprocal,
+    scalar3,
+    select,
+    select3,
+    store,
+    store3,
+)
 from glimt.layout import COUNT_SHADOW, LIGHT
 
 
@@ -50,7 +65,10 @@ def put_shadow_rays(scene, block, packets, index):
             store(block.points, POINT.cosine + slot, cosine)
             store(block.points, POINT.arriving + slot, arriving)
             set_up(block.shadow_rays, slot, fill_idle(lit, start), fill_idle(lit, light.reach))
-            store_hit(block.shadow_hits, slot, no_hit(lit, light.t_max))
+            clear = clear_distance(load_int(block.points, POINT.clearance + slot),
+                                   load(block.points, POINT.clear_unit + slot), dot(ng, light.wi))
+            begin_hits(block.shadow_hits, slot, lit, light.t_max, clear * light.t_unit,
+                       load_int(block.hits, HIT.inst + slot))
     return towards
 
 

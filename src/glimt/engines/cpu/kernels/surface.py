@@ -52,7 +52,8 @@ class Surface(NamedTuple):
     point, extent: the position, and the size of the instance it is on; ng, ns: unit geometric and shading normals on
     the viewer's side; texcoord_u, texcoord_v; texcoord_density: texcoord area per square metre; tangent, bitangent,
     normal: the frame of the normal map as it was modelled (normal not yet turned to the viewer); has_tangent: 1 where
-    there is one; material: index.
+    there is one; material: index; clearance, clear_unit: CLEARANCE of its triangle on this side (0: not known), and the
+    length of its unit.
     """
 
     point: object
@@ -67,6 +68,8 @@ class Surface(NamedTuple):
     normal: object
     has_tangent: object
     material: object
+    clearance: object
+    clear_unit: object
 
 
 @inline
@@ -117,7 +120,8 @@ def _blend3(words, a, b, c, hit, lanes):
 @inline
 def _mesh_surface(scene, record, hit, prim, lanes, direction):
     """Return the Surface of triangles of one instance: of one that all lanes share, or of one for each of `lanes`."""
-    triangle = (prim + scalar_int(scene.instances, record + INSTANCE.first_triangle)) * _TRIANGLE
+    index = prim + scalar_int(scene.instances, record + INSTANCE.first_triangle)
+    triangle = index * _TRIANGLE
     vertex_a = pick_int(scene.triangles, triangle + _CORNER, lanes)
     vertex_b = pick_int(scene.triangles, triangle + (_CORNER + 1), lanes)
     vertex_c = pick_int(scene.triangles, triangle + (_CORNER + 2), lanes)
@@ -139,7 +143,14 @@ def _mesh_surface(scene, record, hit, prim, lanes, direction):
     facing = cross(edge1 * per_size, edge2 * per_size)
     per_area = reciprocal_sqrt(maximum(dot(facing, facing), _TINY))
     ng = facing * per_area
-    ng = ng * select(dot(ng, direction) > 0.0, f32(-1.0), 1.0)
+    away = dot(ng, direction) > 0.0
+    ng = ng * select(away, f32(-1.0), 1.0)
+
+    # How far there is nothing of the mesh, if that is known for this side.
+    clear_unit, clearance = f32(scalar(scene.instances, record + INSTANCE.clear_unit)), i32(0)
+    if any_lane(clear_unit != 0.0):
+        clearance = clearance + pick_int(scene.clearances, index, lanes)
+        clearance = select(away, select(clear_unit < 0.0, clearance, 0), select(clear_unit > 0.0, clearance, 0))
 
     # Shading normal, as modelled.
     normal = ng
@@ -184,7 +195,7 @@ def _mesh_surface(scene, record, hit, prim, lanes, direction):
         material = material * 0 + pick_int(scene.triangles, triangle + np.int32(TRIANGLE.material), lanes)
     extent = f32(scalar(scene.instances, record + INSTANCE.extent))
     return Surface(point, extent, ng, normal, texcoord_u, texcoord_v, density, tangent, bitangent, normal,
-                   f32(has_tangent), material)
+                   f32(has_tangent), material, clearance, absolute(clear_unit))
 
 
 @inline
@@ -208,7 +219,7 @@ def _sphere_surface(scene, record, point, direction):
         bitangent = cross(normal, tangent)
     extent = f32(scalar(scene.instances, record + INSTANCE.extent))
     return Surface(center + normal * radius, extent, ng, normal, texcoord_u, texcoord_v, density, tangent, bitangent,
-                   normal, f32(1.0), i32(material))
+                   normal, f32(1.0), i32(material), i32(0), f32(0.0))
 
 
 @inline
@@ -219,7 +230,8 @@ def _merge(m, a, b):
                    select(m, a.texcoord_v, b.texcoord_v), select(m, a.texcoord_density, b.texcoord_density),
                    select3(m, a.tangent, b.tangent), select3(m, a.bitangent, b.bitangent),
                    select3(m, a.normal, b.normal), select(m, a.has_tangent, b.has_tangent),
-                   select(m, a.material, b.material))
+                   select(m, a.material, b.material), select(m, a.clearance, b.clearance),
+                   select(m, a.clear_unit, b.clear_unit))
 
 
 @inline
@@ -236,7 +248,7 @@ def surface_at(scene, hit, found, origin, direction):
     instance shows too many of them, each lane gathers its own.
     """
     zero, none = f32(0.0), splat3(f32(0.0))
-    result = Surface(none, zero, none, none, zero, zero, zero, none, none, none, zero, i32(0))
+    result = Surface(none, zero, none, none, zero, zero, zero, none, none, none, zero, i32(0), i32(0), zero)
     todo = bits(found)
     while todo:
         lane = count_trailing_zeros(todo)

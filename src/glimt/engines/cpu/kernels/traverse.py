@@ -11,10 +11,11 @@ from glimt.engines.cpu.kernels.block import (
     all_lanes_of,
     first_packet,
     first_slot,
+    lanes_of_packet,
     packets_of,
     without_packet,
 )
-from glimt.engines.cpu.kernels.hit import hit_at, store_hit
+from glimt.engines.cpu.kernels.hit import FAR, hit_at, store_hit
 from glimt.engines.cpu.kernels.leaf import meet_leaf
 from glimt.engines.cpu.kernels.packet import interval, rays_at, set_up
 from glimt.engines.cpu.kernels.single import leave_nothing, leave_to, new_pending, prefetch_subtree, walk_pending
@@ -26,20 +27,26 @@ from glimt.lanes import (
     bits,
     count_trailing_zeros,
     dot,
+    f32,
     fma,
+    from_bits,
     highest,
     load,
     load4,
     load8,
+    load_int,
+    lowest,
     maximum,
     minimum,
     population_count,
     scalar,
     scalar3,
     scalar_int,
+    select,
     stack_floats,
     stack_ints,
     stack_longs,
+    store,
     store8,
     vector3,
 )
@@ -81,12 +88,12 @@ class Bundle(NamedTuple):
 
 
 @inline
-def _children(nodes, base, span, limit):
-    """Return (entry, exit) of an interval for the eight children of a node."""
+def _children(nodes, base, span, begin, limit):
+    """Return (entry, exit) of an interval, from `begin` to `limit`, for the eight children of a node."""
     x, y, z = span.slab_x, span.slab_y, span.slab_z
     entry = maximum(maximum(fma(load8(nodes, base + x.near_plane), x.near_factor, x.near_add),
                             fma(load8(nodes, base + y.near_plane), y.near_factor, y.near_add)),
-                    maximum(fma(load8(nodes, base + z.near_plane), z.near_factor, z.near_add), 0.0))
+                    maximum(fma(load8(nodes, base + z.near_plane), z.near_factor, z.near_add), begin))
     leave = minimum(minimum(fma(load8(nodes, base + BOTH_X - x.near_plane), x.far_factor, x.far_add),
                             fma(load8(nodes, base + BOTH_Y - y.near_plane), y.far_factor, y.far_add)),
                     minimum(fma(load8(nodes, base + BOTH_Z - z.near_plane), z.far_factor, z.far_add), limit))
@@ -94,7 +101,7 @@ def _children(nodes, base, span, limit):
 
 
 @inline
-def _overlapping(nodes, child, bundle, lanes, span):
+def _overlapping(nodes, child, bundle, lanes, span, in_mesh):
     """Return those of some rays that meet one child's box before their hit, looking at packets that have any."""
     x, y, z = span.slab_x, span.slab_y, span.slab_z
     near_x, far_x = scalar(nodes, child + x.near_plane), scalar(nodes, child + BOTH_X - x.near_plane)
@@ -112,7 +119,10 @@ def _overlapping(nodes, child, bundle, lanes, span):
             x0, x1 = minimum(x0, x1) - rays.mixed_pad, maximum(x0, x1) + rays.mixed_pad
             y0, y1 = minimum(y0, y1) - rays.mixed_pad, maximum(y0, y1) + rays.mixed_pad
             z0, z1 = minimum(z0, z1) - rays.mixed_pad, maximum(z0, z1) + rays.mixed_pad
-        entry, leave = maximum(maximum(x0, y0), maximum(z0, 0.0)), minimum(minimum(x1, y1), minimum(z1, t))
+        begin = f32(0.0)
+        if in_mesh:
+            begin = load(bundle.hits, HIT.begin + slot)
+        entry, leave = maximum(maximum(x0, y0), maximum(z0, begin)), minimum(minimum(x1, y1), minimum(z1, t))
         met |= np.int64(bits(entry <= leave * BOX_SLACK)) << slot
     return met
 
@@ -149,19 +159,19 @@ def _write(stack, place, code, distance, lanes):
 
 
 @inline
-def _push_children(scene, nodes, code, bundle, lanes, span, limit, stack, bottom, in_mesh):
+def _push_children(scene, nodes, code, bundle, lanes, span, begin, limit, stack, bottom, in_mesh):
     """Put the children of a node that some ray meets on the stack, the nearest on top; return its size.
 
     Eight children against the interval, then the survivors against each ray.
     """
     base, size, entries = np.int64(code) * NODE.words, bottom, stack_floats(8)
-    entry, leave = _children(nodes, base, span, limit)
+    entry, leave = _children(nodes, base, span, begin, limit)
     candidates = bits(entry <= leave)
     store8(entries, 0, entry)
     while candidates:
         k = np.int64(count_trailing_zeros(candidates))
         candidates &= candidates - 1
-        met = _overlapping(nodes, base + k, bundle, lanes, span)
+        met = _overlapping(nodes, base + k, bundle, lanes, span, in_mesh)
         if met:
             child, distance, place = scalar_int(nodes, base + NODE.child + k), scalar(entries, k), size
             if in_mesh:
@@ -175,7 +185,7 @@ def _push_children(scene, nodes, code, bundle, lanes, span, limit, stack, bottom
 
 
 @routine
-def _walk_mesh(scene, root, bundle, packets, lanes, span, inst, pending):
+def _walk_mesh(scene, root, bundle, packets, lanes, span, begin, inst, pending):
     """Walk a mesh's tree from child code `root`, nearest children first, as long as the rays go together.
 
     The more nodes packets have visited, the less their rays have in common: then a node that few of them want is left
@@ -186,7 +196,8 @@ def _walk_mesh(scene, root, bundle, packets, lanes, span, inst, pending):
     while True:
         if code >= 0:
             visited += 1
-            size = _push_children(scene, scene.blas_nodes, code, bundle, here, span, limit, stack, size, _IN_MESH)
+            size = _push_children(scene, scene.blas_nodes, code, bundle, here, span, begin, limit, stack,
+                                  size, _IN_MESH)
         else:
             meet_leaf(scene, inst, ~code, bundle, here, distance)
             limit = _farthest(bundle.hits, packets)
@@ -235,10 +246,10 @@ def _next_group(rays, todo, alone, shared_origin):
 
 
 @inline
-def _mesh(scene, inst, record, bundle, lanes, pending, known, known_span):
+def _mesh(scene, inst, record, bundle, lanes, clear, pending, known, known_span):
     """Walk the mesh of an instance with packets in its space: together, by packets, or by rays.
 
-    `known` are packets whose Interval there is known already.
+    `clear`: whether some rays begin later than at 0; `known` are packets whose Interval there is known already.
     """
     root, alone, left = scalar_int(scene.instances, record + INSTANCE.root), False, np.int64(0)
     packets = packets_of(lanes)
@@ -255,7 +266,8 @@ def _mesh(scene, inst, record, bundle, lanes, pending, known, known_span):
             leave_to(pending, here, np.float32(0), root)
             left |= here
         else:
-            left |= _walk_mesh(scene, root, bundle, group, here, span, inst, pending)
+            begin = _nearest_begin(bundle.hits, here) if clear else np.float32(0)
+            left |= _walk_mesh(scene, root, bundle, group, here, span, begin, inst, pending)
     if left:
         walk_pending(scene, bundle.rays, bundle.hits, pending, left, bundle.occlusion, inst)
 
@@ -268,6 +280,40 @@ def _sphere(scene, inst, record, bundle, packets):
         packets &= packets - 1
         hit = sphere_hit(scene, inst, record, rays_at(bundle.rays, slot), hit_at(bundle.hits, slot), bundle.occlusion)
         store_hit(bundle.hits, slot, hit)
+
+
+@inline
+def _start(hits, inst, lanes):
+    """Write where some rays begin in the tree of an instance; return those that do before they end."""
+    started, todo = np.int64(0), lanes
+    while todo:
+        slot = first_packet(todo)
+        todo = without_packet(todo, slot)
+        begin = select(load_int(hits, HIT.source + slot) == inst, load(hits, HIT.clear + slot), 0.0)
+        store(hits, HIT.begin + slot, begin)
+        started |= np.int64(bits(begin < load(hits, HIT.t + slot))) << slot
+    return started & lanes
+
+
+@inline
+def _start_at_once(hits, lanes):
+    """Have some rays begin in trees where they begin in the scene."""
+    while lanes:
+        slot = first_packet(lanes)
+        lanes = without_packet(lanes, slot)
+        store(hits, HIT.begin + slot, f32(0.0))
+
+
+@inline
+def _nearest_begin(hits, lanes):
+    """Return the least t at which some of some rays begin."""
+    nearest = f32(FAR)
+    while lanes:
+        slot = first_packet(lanes)
+        here = from_bits(lanes_of_packet(lanes, slot))
+        lanes = without_packet(lanes, slot)
+        nearest = minimum(nearest, select(here, load(hits, HIT.begin + slot), FAR))
+    return lowest(nearest)
 
 
 @inline
@@ -296,8 +342,15 @@ def _instances(scene, code, bundle, lanes, pending, packets, span):
         if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
             _sphere(scene, inst, record, bundle, packets_of(lanes))
             continue
-        known = packets if _is_at_home(scene, record) else np.int32(0)
-        _mesh(scene, inst, record, _in_space_of(scene, record, bundle, packets_of(lanes)), lanes, pending, known, span)
+        known, here = packets if _is_at_home(scene, record) else np.int32(0), lanes
+        clear = scalar(scene.instances, record + INSTANCE.clear_unit) != 0 and not bundle.shared_origin
+        if clear:
+            here = _start(bundle.hits, inst, lanes)
+        if here:
+            placed = _in_space_of(scene, record, bundle, packets_of(here))
+            _mesh(scene, inst, record, placed, here, clear, pending, known, span)
+        if clear:
+            _start_at_once(bundle.hits, lanes)
 
 
 @inline
@@ -307,7 +360,8 @@ def _walk_scene(scene, bundle, packets, span, pending):
     limit, code, here = _farthest(bundle.hits, packets), root, all_lanes_of(packets)
     while True:
         if code >= 0:
-            size = _push_children(scene, scene.tlas_nodes, code, bundle, here, span, limit, stack, size, _IN_SCENE)
+            size = _push_children(scene, scene.tlas_nodes, code, bundle, here, span, np.float32(0), limit, stack,
+                                  size, _IN_SCENE)
         else:
             _instances(scene, ~code, bundle, here, pending, packets, span)
             limit = _farthest(bundle.hits, packets)

@@ -10,7 +10,7 @@ from glimt.engines.cpu.kernels.arrays import arrays
 from glimt.engines.cpu.kernels.block import HIT, RAY, SINGLE_WORDS, SLOTS, first_slot, lanes_of, new_block
 from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, create_rays
 from glimt.engines.cpu.kernels.debug import store_numbers
-from glimt.engines.cpu.kernels.hit import FAR, hit_at, no_hit, replace, store_hit
+from glimt.engines.cpu.kernels.hit import FAR, begin_hits, hit_at, replace, store_hit
 from glimt.engines.cpu.kernels.packet import fill_idle, rays_at, set_up
 from glimt.engines.cpu.kernels.ray import leaf, put_single
 from glimt.engines.cpu.kernels.single import Pending, push
@@ -23,6 +23,8 @@ from glimt.lanes import (
     atomic_load,
     bits,
     count_trailing_zeros,
+    f32,
+    i32,
     lane_numbers,
     load3,
     scalar,
@@ -31,7 +33,7 @@ from glimt.lanes import (
     stack_ints,
     store_scalar,
 )
-from glimt.layout import BOX_SLACK, CANCEL, INSTANCE, INSTANCE_BLOCK, LEAF_STEP, SPHERE_KIND, STACK_SIZE, TILE
+from glimt.layout import BOX_SLACK, CANCEL, INSTANCE, INSTANCE_BLOCK, LEAF_STEP, MISS, SPHERE_KIND, STACK_SIZE, TILE
 
 _STACK_WORDS = 2 * STACK_SIZE + 16
 """A mesh is walked on top of what is left of the scene's tree; eight children are stored at a time."""
@@ -121,7 +123,7 @@ def _count(scene, block, packets, singles, local_singles, stack):
         active = lanes_of(block.active, slot)
         set_up(block.rays, slot, fill_idle(active, load3(block.rays, RAY.origin + slot, SLOTS)),
                fill_idle(active, load3(block.rays, RAY.direction + slot, SLOTS)))
-        store_hit(block.hits, slot, no_hit(active, FAR))
+        begin_hits(block.hits, slot, active, FAR, f32(0.0), i32(MISS))
         put_single(block.rays, singles, slot)
         todo = bits(active)
         while todo:

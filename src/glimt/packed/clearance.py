@@ -1,0 +1,115 @@
+"""How far from each triangle nothing stands in the way of rays that leave it, worked out beside the pictures.
+
+It takes two microseconds a triangle: too long to wait for, and more than one picture of the mesh can win back. So it is
+begun with the second picture, in a thread of its own; until then nothing is known, which is no less right.
+"""
+
+import contextlib
+import os
+import subprocess
+import threading
+from typing import NamedTuple
+from weakref import WeakSet
+
+import numpy as np
+from numpy.typing import NDArray
+
+from glimt.kernel import compile_elsewhere, is_ready
+from glimt.packed.clearance_kernels import find_clearances
+from glimt.packed.meshes import CLEAR_UNIT, holds_clearances
+from glimt.scene.mesh import Mesh
+
+_LIFT = 2.0**-21
+"""The same of the height above a triangle at which its rays start at the least: a quarter of OFFSET_ERROR."""
+_BLOCKS = 2048  # leaf blocks at a time: about 15 ms
+_NICENESS = 10
+
+_FOUND: "WeakSet[Mesh]" = WeakSet()
+
+
+class LookAround(NamedTuple):
+    """A mesh to look around in, and where it is in the arrays of a scene.
+
+    first_block, end_block: of its leaves; first_triangle: where its part of the clearances begins.
+    """
+
+    mesh: Mesh
+    root: int
+    first_block: int
+    end_block: int
+    first_triangle: int
+    clear_unit: float
+
+
+class ClearanceFinder:
+    """Finds the clearances of meshes in a thread.
+
+    Parameters
+    ----------
+    nodes, blocks, clearances : float32
+        Those of a `PackedScene`.
+    meshes : list of LookAround
+        Those that are known already are passed over.
+    """
+
+    def __init__(self, nodes: NDArray[np.float32], blocks: NDArray[np.float32], clearances: NDArray[np.float32],
+                 meshes: list[LookAround]) -> None:
+        self._arrays, self._clearances = (nodes, blocks), clearances.view(np.int32)
+        self._meshes = [each for each in meshes if each.clear_unit and each.mesh not in _FOUND]
+        self._pictures, self._stopped = 0, False
+        self._thread: threading.Thread | None = None
+
+    def begin_picture(self) -> None:
+        """Start with the second picture: one alone does not win back what this costs."""
+        self._pictures += 1
+        if self._pictures == 2:
+            self.begin()
+
+    def begin(self) -> None:
+        """Start, unless that was done before."""
+        if self._thread is None and self._meshes and not self._stopped:
+            self._thread = threading.Thread(target=self._find, name="glimt-clearance", daemon=True)
+            self._thread.start()
+
+    def finish(self) -> None:
+        """Start, and wait until all is found."""
+        self.begin()
+        if self._thread:
+            self._thread.join()
+
+    def stop(self) -> None:
+        """Leave it at what is found so far: the arrays are no longer used."""
+        self._stopped = True
+
+    def _find(self) -> None:
+        with contextlib.suppress(OSError, AttributeError):  # Linux has priorities of threads: pictures come first
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
+        if not is_ready(find_clearances) and not _compile():
+            return
+        for each in self._meshes:
+            size = abs(each.clear_unit) / CLEAR_UNIT
+            side, lift = np.float32(np.sign(each.clear_unit)), np.float32(size * _LIFT)
+            per_unit = np.float32(1 / (size * CLEAR_UNIT))
+            for first in range(each.first_block, each.end_block, _BLOCKS):
+                if self._stopped:
+                    return
+                find_clearances(*self._arrays, each.root, first, min(first + _BLOCKS, each.end_block),
+                                each.first_triangle, side, lift, per_unit, self._clearances)
+            if holds_clearances(each.mesh, self._clearances):  # else they were copied before all was found
+                _FOUND.add(each.mesh)
+
+
+def compile_kernel() -> None:
+    """Compile the kernel, and put it in the cache, by running it on nothing."""
+    none, one = np.zeros(64, np.float32), np.float32(1)
+    find_clearances(none, none, 0, 0, 0, 0, one, one, one, none.view(np.int32))
+
+
+def _compile() -> bool:
+    """Compile the kernel by another process, which does not hold up this one; return whether it can be loaded now."""
+    compiling = compile_elsewhere("from glimt.packed.clearance import compile_kernel; compile_kernel()")
+    if compiling is None:
+        return False
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        compiling.wait()
+    return is_ready(find_clearances)
