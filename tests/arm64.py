@@ -21,6 +21,7 @@ from glimt.engines.cpu.kernels.visits import count_visits
 from glimt.kernel import _PartLibrary
 from glimt.layout import VIEW
 from glimt.packed import PackedScene
+from glimt.packed.clearance_kernels import find_clearances
 
 TRIPLE = "aarch64-unknown-linux-gnu"
 
@@ -82,6 +83,7 @@ def main(folder):
         subtrees.prepare_boxes: (rows, rows, words, words, longs),
         subtrees.build_subtrees: (words, words, words, ints, ints, 4, tasks, 0, longs),
         subtrees.lay_out: (tasks, words, words, ints, ints, words, ints.reshape(-1, 4), longs),
+        find_clearances: (words, words, 0, 0, 0, 0, *[np.float32(1)] * 3, ints),
     }
     modules = {shared.py_func.__name__: lowered(shared.py_func.__name__, shared.get_ready)
                for shared in (TRACE, RADIANCE)}

@@ -13,7 +13,7 @@ import pytest
 from glimt import kernel
 
 KERNELS = ["render_tiles", "radiance_of_rays", "trace_rays", "debug_tiles", "count_visits", "prepare_boxes",
-           "build_subtrees", "lay_out"]
+           "build_subtrees", "lay_out", "find_clearances"]
 SYMBOL = np.dtype([("name", "<u4"), ("info", "u1"), ("other", "u1"), ("section", "<u2"), ("value", "<u8"),
                    ("size", "<u8")])
 """An entry of the symbol table of a 64-bit ELF file."""

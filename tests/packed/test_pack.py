@@ -21,6 +21,7 @@ from glimt import (
     linalg,
 )
 from glimt.layout import (
+    CLEARANCE,
     DIRECTIONAL_LIGHT,
     INSTANCE,
     INSTANCE_BLOCK,
@@ -45,8 +46,9 @@ from glimt.layout import (
 from glimt.packed import PackedScene, Packer, pack, pack_lights, pack_view
 
 RECORDS = {"tlas_nodes": NODE, "tlas_blocks": INSTANCE_BLOCK, "blas_nodes": NODE, "blas_blocks": TRIANGLE_BLOCK,
-           "instances": INSTANCE, "triangles": TRIANGLE, "vertices": VERTEX, "tangents": TANGENT,
-           "materials": MATERIAL, "textures": TEXTURE, "levels": LEVEL, "lights": LIGHT, "spans": SPAN}
+           "instances": INSTANCE, "triangles": TRIANGLE, "clearances": CLEARANCE, "vertices": VERTEX,
+           "tangents": TANGENT, "materials": MATERIAL, "textures": TEXTURE, "levels": LEVEL, "lights": LIGHT,
+           "spans": SPAN}
 IMAGE = np.random.default_rng(0).integers(0, 256, (4, 4, 3)).astype(np.uint8)
 
 

@@ -64,10 +64,10 @@ def _mesh_records(instances: list[Instance], meshes: dict[Mesh, int], placements
     for name, column in zip(Placement._fields, zip(*placements, strict=True), strict=True):
         records[name] = np.array(column)[which]
     records["material"] = [material_ids[thing.material] if thing.material else -1 for thing in instances]
-    records["clear_unit"] *= _signed_scale(matrices)
     records["identity"] = (matrices == linalg.identity()).all((1, 2))
     records["object_to_world"] = matrices.reshape(-1, 12)
     records["world_to_object"] = _inverses(instances, matrices).reshape(-1, 12)
+    records["clear_unit"] *= _signed_scale(matrices)
     bounds = np.array([mesh.bounds() for mesh in meshes], np.float64)[which]
     return records, *linalg.transform_box(matrices, bounds[:, 0], bounds[:, 1])
 

@@ -1,68 +1,39 @@
 """Blocks of packets through the two-level tree."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import types
 
 from glimt.engines.cpu.kernels.arrays import Trees
-from glimt.engines.cpu.kernels.block import (
-    HIT,
-    all_lanes_of,
-    first_packet,
-    first_slot,
-    lanes_of_packet,
-    packets_of,
-    without_packet,
-)
-from glimt.engines.cpu.kernels.hit import FAR, hit_at, store_hit
+from glimt.engines.cpu.kernels.block import HIT, all_lanes_of, first_slot, packets_of
+from glimt.engines.cpu.kernels.bundle import Bundle, farthest, nearest_start, start_at_once, start_in
+from glimt.engines.cpu.kernels.hit import hit_at, store_hit
 from glimt.engines.cpu.kernels.leaf import meet_leaf
+from glimt.engines.cpu.kernels.node import IN_MESH, IN_SCENE, new_stack, push_children
 from glimt.engines.cpu.kernels.packet import interval, rays_at, set_up
-from glimt.engines.cpu.kernels.single import leave_nothing, leave_to, new_pending, prefetch_subtree, walk_pending
+from glimt.engines.cpu.kernels.single import leave_nothing, leave_to, new_pending, walk_pending
 from glimt.engines.cpu.kernels.sphere import sphere_hit
 from glimt.kernel import SharedKernel, inline, routine
 from glimt.lanes import (
     any_lane,
     as_int,
     bits,
-    count_trailing_zeros,
     dot,
-    f32,
-    fma,
-    from_bits,
-    highest,
     load,
     load4,
-    load8,
-    load_int,
-    lowest,
-    maximum,
-    minimum,
     population_count,
     scalar,
     scalar3,
     scalar_int,
-    select,
-    stack_floats,
-    stack_ints,
-    stack_longs,
-    store,
-    store8,
     vector3,
 )
 from glimt.layout import (
-    BOTH_X,
-    BOTH_Y,
-    BOTH_Z,
     BOX_SLACK,
     INSTANCE,
     INSTANCE_BLOCK,
     LEAF_STEP,
     MISS,
-    NODE,
     SPAN,
     SPHERE_KIND,
-    STACK_SIZE,
     TRIANGLE_BLOCK,
 )
 
@@ -73,115 +44,6 @@ _TOGETHER, _ALONE = np.int64(5), np.int64(2)
 """Nodes of a mesh that packets visit before they leave subtrees to single rays; rays that go alone even before."""
 _SPARSE = np.int64(12)
 """Rays that are so few that they walk the mesh of an instance one by one."""
-_IN_SCENE, _IN_MESH = np.bool_(False), np.bool_(True)
-"""Which tree `_push_children` is in."""
-
-
-class Bundle(NamedTuple):
-    """Rays of a block in the space of the tree they walk, and their hits; `local` is room for another space."""
-
-    rays: object
-    local: object
-    hits: object
-    shared_origin: object
-    occlusion: object
-
-
-@inline
-def _children(nodes, base, span, begin, limit):
-    """Return (entry, exit) of an interval, from `begin` to `limit`, for the eight children of a node."""
-    x, y, z = span.slab_x, span.slab_y, span.slab_z
-    entry = maximum(maximum(fma(load8(nodes, base + x.near_plane), x.near_factor, x.near_add),
-                            fma(load8(nodes, base + y.near_plane), y.near_factor, y.near_add)),
-                    maximum(fma(load8(nodes, base + z.near_plane), z.near_factor, z.near_add), begin))
-    leave = minimum(minimum(fma(load8(nodes, base + BOTH_X - x.near_plane), x.far_factor, x.far_add),
-                            fma(load8(nodes, base + BOTH_Y - y.near_plane), y.far_factor, y.far_add)),
-                    minimum(fma(load8(nodes, base + BOTH_Z - z.near_plane), z.far_factor, z.far_add), limit))
-    return entry, leave * BOX_SLACK
-
-
-@inline
-def _overlapping(nodes, child, bundle, lanes, span, in_mesh):
-    """Return those of some rays that meet one child's box before their hit, looking at packets that have any."""
-    x, y, z = span.slab_x, span.slab_y, span.slab_z
-    near_x, far_x = scalar(nodes, child + x.near_plane), scalar(nodes, child + BOTH_X - x.near_plane)
-    near_y, far_y = scalar(nodes, child + y.near_plane), scalar(nodes, child + BOTH_Y - y.near_plane)
-    near_z, far_z = scalar(nodes, child + z.near_plane), scalar(nodes, child + BOTH_Z - z.near_plane)
-    met = np.int64(0)
-    while lanes:
-        slot = first_packet(lanes)
-        lanes = without_packet(lanes, slot)
-        rays, t = rays_at(bundle.rays, slot), load(bundle.hits, HIT.t + slot)
-        x0, x1 = fma(near_x, rays.inverse.x, rays.near_add.x), fma(far_x, rays.inverse.x, rays.far_add.x)
-        y0, y1 = fma(near_y, rays.inverse.y, rays.near_add.y), fma(far_y, rays.inverse.y, rays.far_add.y)
-        z0, z1 = fma(near_z, rays.inverse.z, rays.near_add.z), fma(far_z, rays.inverse.z, rays.far_add.z)
-        if span.mixed:  # a ray may meet its planes in the other order: its bounds are then on the wrong sides
-            x0, x1 = minimum(x0, x1) - rays.mixed_pad, maximum(x0, x1) + rays.mixed_pad
-            y0, y1 = minimum(y0, y1) - rays.mixed_pad, maximum(y0, y1) + rays.mixed_pad
-            z0, z1 = minimum(z0, z1) - rays.mixed_pad, maximum(z0, z1) + rays.mixed_pad
-        begin = f32(0.0)
-        if in_mesh:
-            begin = load(bundle.hits, HIT.begin + slot)
-        entry, leave = maximum(maximum(x0, y0), maximum(z0, begin)), minimum(minimum(x1, y1), minimum(z1, t))
-        met |= np.int64(bits(entry <= leave * BOX_SLACK)) << slot
-    return met
-
-
-@inline
-def _farthest(hits, packets):
-    """Return the greatest t that some ray of some packets still looks up to; below 0 when all are done."""
-    farthest = load(hits, HIT.t + first_slot(packets))
-    packets &= packets - 1
-    while packets:
-        farthest = maximum(farthest, load(hits, HIT.t + first_slot(packets)))
-        packets &= packets - 1
-    return highest(farthest)
-
-
-class _Stack(NamedTuple):
-    """What is still to be visited: child codes, how far each child is, and the rays that want it."""
-
-    codes: object
-    distances: object
-    lanes: object
-
-
-@inline
-def _new_stack():
-    return _Stack(stack_ints(STACK_SIZE), stack_floats(STACK_SIZE), stack_longs(STACK_SIZE))
-
-
-@inline
-def _write(stack, place, code, distance, lanes):
-    stack.codes[place] = code
-    stack.distances[place] = distance
-    stack.lanes[place] = lanes
-
-
-@inline
-def _push_children(scene, nodes, code, bundle, lanes, span, begin, limit, stack, bottom, in_mesh):
-    """Put the children of a node that some ray meets on the stack, the nearest on top; return its size.
-
-    Eight children against the interval, then the survivors against each ray.
-    """
-    base, size, entries = np.int64(code) * NODE.words, bottom, stack_floats(8)
-    entry, leave = _children(nodes, base, span, begin, limit)
-    candidates = bits(entry <= leave)
-    store8(entries, 0, entry)
-    while candidates:
-        k = np.int64(count_trailing_zeros(candidates))
-        candidates &= candidates - 1
-        met = _overlapping(nodes, base + k, bundle, lanes, span, in_mesh)
-        if met:
-            child, distance, place = scalar_int(nodes, base + NODE.child + k), scalar(entries, k), size
-            if in_mesh:
-                prefetch_subtree(scene, child)
-            while place > bottom and stack.distances[place - 1] < distance:
-                _write(stack, place, stack.codes[place - 1], stack.distances[place - 1], stack.lanes[place - 1])
-                place -= 1
-            _write(stack, place, child, distance, met)
-            size += 1
-    return size
 
 
 @routine
@@ -191,16 +53,16 @@ def _walk_mesh(scene, root, bundle, packets, lanes, span, begin, inst, pending):
     The more nodes packets have visited, the less their rays have in common: then a node that few of them want is left
     to single rays, and by and by every node. A leaf costs packets no more. Return the rays to which something was left.
     """
-    stack, size, visited, left = _new_stack(), 0, 0, np.int64(0)
-    limit, code, here, distance = _farthest(bundle.hits, packets), np.int32(root), lanes, np.float32(0)
+    stack, size, visited, left = new_stack(), 0, 0, np.int64(0)
+    limit, code, here, distance = farthest(bundle.hits, packets), np.int32(root), lanes, np.float32(0)
     while True:
         if code >= 0:
             visited += 1
-            size = _push_children(scene, scene.blas_nodes, code, bundle, here, span, begin, limit, stack,
-                                  size, _IN_MESH)
+            size = push_children(scene, scene.blas_nodes, code, bundle, here, span, begin, limit, stack,
+                                  size, IN_MESH)
         else:
             meet_leaf(scene, inst, ~code, bundle, here, distance)
-            limit = _farthest(bundle.hits, packets)
+            limit = farthest(bundle.hits, packets)
             if bundle.occlusion and limit < 0:
                 return left
         while True:  # what lies behind the closest hits by now is passed over
@@ -266,7 +128,7 @@ def _mesh(scene, inst, record, bundle, lanes, clear, pending, known, known_span)
             leave_to(pending, here, np.float32(0), root)
             left |= here
         else:
-            begin = _nearest_begin(bundle.hits, here) if clear else np.float32(0)
+            begin = nearest_start(bundle.hits, here) if clear else np.float32(0)
             left |= _walk_mesh(scene, root, bundle, group, here, span, begin, inst, pending)
     if left:
         walk_pending(scene, bundle.rays, bundle.hits, pending, left, bundle.occlusion, inst)
@@ -280,40 +142,6 @@ def _sphere(scene, inst, record, bundle, packets):
         packets &= packets - 1
         hit = sphere_hit(scene, inst, record, rays_at(bundle.rays, slot), hit_at(bundle.hits, slot), bundle.occlusion)
         store_hit(bundle.hits, slot, hit)
-
-
-@inline
-def _start(hits, inst, lanes):
-    """Write where some rays begin in the tree of an instance; return those that do before they end."""
-    started, todo = np.int64(0), lanes
-    while todo:
-        slot = first_packet(todo)
-        todo = without_packet(todo, slot)
-        begin = select(load_int(hits, HIT.source + slot) == inst, load(hits, HIT.clear + slot), 0.0)
-        store(hits, HIT.begin + slot, begin)
-        started |= np.int64(bits(begin < load(hits, HIT.t + slot))) << slot
-    return started & lanes
-
-
-@inline
-def _start_at_once(hits, lanes):
-    """Have some rays begin in trees where they begin in the scene."""
-    while lanes:
-        slot = first_packet(lanes)
-        lanes = without_packet(lanes, slot)
-        store(hits, HIT.begin + slot, f32(0.0))
-
-
-@inline
-def _nearest_begin(hits, lanes):
-    """Return the least t at which some of some rays begin."""
-    nearest = f32(FAR)
-    while lanes:
-        slot = first_packet(lanes)
-        here = from_bits(lanes_of_packet(lanes, slot))
-        lanes = without_packet(lanes, slot)
-        nearest = minimum(nearest, select(here, load(hits, HIT.begin + slot), FAR))
-    return lowest(nearest)
 
 
 @inline
@@ -345,26 +173,26 @@ def _instances(scene, code, bundle, lanes, pending, packets, span):
         known, here = packets if _is_at_home(scene, record) else np.int32(0), lanes
         clear = scalar(scene.instances, record + INSTANCE.clear_unit) != 0 and not bundle.shared_origin
         if clear:
-            here = _start(bundle.hits, inst, lanes)
+            here = start_in(bundle.hits, inst, lanes)
         if here:
             placed = _in_space_of(scene, record, bundle, packets_of(here))
             _mesh(scene, inst, record, placed, here, clear, pending, known, span)
         if clear:
-            _start_at_once(bundle.hits, lanes)
+            start_at_once(bundle.hits, lanes)
 
 
 @inline
 def _walk_scene(scene, bundle, packets, span, pending):
     """Walk the scene's tree, nearest children first."""
-    stack, size, root = _new_stack(), 0, np.int32(0)
-    limit, code, here = _farthest(bundle.hits, packets), root, all_lanes_of(packets)
+    stack, size, root = new_stack(), 0, np.int32(0)
+    limit, code, here = farthest(bundle.hits, packets), root, all_lanes_of(packets)
     while True:
         if code >= 0:
-            size = _push_children(scene, scene.tlas_nodes, code, bundle, here, span, np.float32(0), limit, stack,
-                                  size, _IN_SCENE)
+            size = push_children(scene, scene.tlas_nodes, code, bundle, here, span, np.float32(0), limit, stack,
+                                  size, IN_SCENE)
         else:
             _instances(scene, ~code, bundle, here, pending, packets, span)
-            limit = _farthest(bundle.hits, packets)
+            limit = farthest(bundle.hits, packets)
             if bundle.occlusion and limit < 0:
                 return
         while True:
@@ -396,7 +224,7 @@ def _test_everything(scene, bundle, packets):
         for block in range(first, first + scalar_int(scene.spans, span + SPAN.blocks)):
             code = np.int32(block * LEAF_STEP + _triangles_in(scene.blas_blocks, block))
             meet_leaf(scene, inst, code, placed, all_lanes_of(packets), np.float32(0))
-            if bundle.occlusion and _farthest(bundle.hits, packets) < 0:
+            if bundle.occlusion and farthest(bundle.hits, packets) < 0:
                 return
 
 

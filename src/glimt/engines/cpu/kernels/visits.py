@@ -8,6 +8,7 @@ import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import arrays
 from glimt.engines.cpu.kernels.block import HIT, RAY, SINGLE_WORDS, SLOTS, first_slot, lanes_of, new_block
+from glimt.engines.cpu.kernels.bundle import Bundle
 from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, create_rays
 from glimt.engines.cpu.kernels.debug import store_numbers
 from glimt.engines.cpu.kernels.hit import FAR, begin_hits, hit_at, replace, store_hit
@@ -16,7 +17,7 @@ from glimt.engines.cpu.kernels.ray import leaf, put_single
 from glimt.engines.cpu.kernels.single import Pending, push
 from glimt.engines.cpu.kernels.sphere import sphere_hit
 from glimt.engines.cpu.kernels.tile import take_tile
-from glimt.engines.cpu.kernels.traverse import Bundle, to_object
+from glimt.engines.cpu.kernels.traverse import to_object
 from glimt.kernel import inline, kernel, routine
 from glimt.lanes import (
     LANES,
