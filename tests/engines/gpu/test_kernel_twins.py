@@ -21,6 +21,9 @@ CPU, GPU = ENGINES / "cpu" / "kernels", ENGINES / "gpu" / "kernels"
 TWINS = {path.stem: path.stem for path in GPU.glob("*.wgsl") if (CPU / f"{path.stem}.py").exists()}
 TWINS["ray"] = "packet"  # an invocation has one ray, where the CPU sets up a packet of them
 
+PARTS = {"traverse": ("node", "traverse")}
+"""Python files that stand for one of that name together."""
+
 NEEDED = {
     "camera_ray", "create_rays", "closer", "sphere_hit", "light_sample", "terminator", "shade", "material_at",
     "material_eval", "sample_texture", "surface_at", "above", "mirror_direction", "bounce", "resolve", "intersect",
@@ -56,6 +59,8 @@ OWN_PARAMETERS = {
 SAME = {"rays": "ray", "texcoord_u": "texcoord"}
 DROPPED = {"texcoord_v"}
 """A packet's rays, and two numbers that are one vector of the GPU's."""
+OF_THE_CPU = {"t_unit", "clearance", "clear_unit", "begin"}
+"""Fields and parameters: rays that leave a mesh begin where they can meet something of it only there."""
 
 OTHER_VALUES = {("ray", "SMALLEST")}  # of directions: inverses that can still be multiplied without infinities
 
@@ -76,11 +81,12 @@ def _wgsl(stem):
 
 def _python(stem):
     """Return the same of a Python file; constants are those of the imported module."""
-    tree = ast.parse((CPU / f"{stem}.py").read_text(encoding="utf-8"))
+    body = [node for part in PARTS.get(stem, (stem,))
+            for node in ast.parse((CPU / f"{part}.py").read_text(encoding="utf-8")).body]
     functions = {node.name.lstrip("_"): [one.arg for one in node.args.args]
-                 for node in tree.body if isinstance(node, ast.FunctionDef)}
+                 for node in body if isinstance(node, ast.FunctionDef)}
     structs = {node.name: [field.target.id for field in node.body if isinstance(field, ast.AnnAssign)]
-               for node in tree.body if isinstance(node, ast.ClassDef)}
+               for node in body if isinstance(node, ast.ClassDef)}
     module = importlib.import_module(f"glimt.engines.cpu.kernels.{stem}")
     numbers = {name.lstrip("_"): float(value) for name, value in vars(module).items()
                if name.isupper() and isinstance(value, float | np.floating)}
@@ -108,14 +114,14 @@ def test_functions_and_their_parameters(stem, twin):
         if functions[name][:1] == ["@ group"]:  # a stage is told by FRAME what the CPU's is told by parameters
             assert set(twins[name]) - OF_LANES - own <= set(FRAME._fields), name
         else:
-            assert _plain(functions[name], own) == _plain(twins[name], OF_LANES | own), name
+            assert _plain(functions[name], own) == _plain(twins[name], OF_LANES | OF_THE_CPU | own), name
 
 
 @pytest.mark.parametrize(("stem", "twin"), TWINS.items(), ids=list(TWINS))
 def test_fields_of_structs(stem, twin):
     structs, twins = _wgsl(stem)[1], _python(twin)[1]
     for name in structs.keys() & twins.keys():
-        assert structs[name] == _plain(twins[name]), name
+        assert structs[name] == _plain(twins[name], OF_THE_CPU), name
     assert structs.keys() & twins.keys() == {"hit": {"Hit"}, "light": {"LightSample"}, "material": {"Material"},
                                              "surface": {"Surface"}}.get(stem, set())
 
@@ -137,4 +143,5 @@ def test_exceptions_are_needed():
     assert OWN_PARAMETERS.keys() <= functions
     assert TWINS.keys() >= OF_THE_GPU.keys()
     used = {name for twin in TWINS.values() for parameters in _python(twin)[0].values() for name in parameters}
-    assert used >= OF_LANES
+    used |= {name for twin in TWINS.values() for fields in _python(twin)[1].values() for name in fields}
+    assert used >= OF_LANES | OF_THE_CPU

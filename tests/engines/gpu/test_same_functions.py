@@ -308,7 +308,8 @@ def test_above(random):
     @inline
     def on_lanes(scene, given, answers, n, i):
         point, ng, zero = load3(given, i, n), load3(given, 3 * n + i, n), f32(0.0)
-        surface = Surface(point, load(given, 6 * n + i), ng, ng, zero, zero, zero, ng, ng, ng, zero, to_int(zero))
+        surface = Surface(point, load(given, 6 * n + i), ng, ng, zero, zero, zero, ng, ng, ng, zero, to_int(zero),
+                          to_int(zero), zero)
         store3(answers, i, n, above(surface) - point)
 
     given = np.concatenate([random.uniform(-100, 100, (3, COUNT)), _unit(random), random.uniform(0, 1e4, (1, COUNT))])
