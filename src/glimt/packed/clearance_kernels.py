@@ -49,16 +49,19 @@ _AXIS, _CORNER = np.int64(LEAF_SIZE), np.int64(3 * LEAF_SIZE)
 _ENDLESS, _TINY = np.float32(3e38), np.float32(1e-36)
 _COARSE = np.float32(0.4)
 """A box whose sides add up to less than this share of its distance is not looked into."""
-_SAFE = np.float32(0.999)
+_SHORTER = np.float32(0.999)
+_LEAST_SINE = np.float32(1e-3)
+"""Of the angle between two sides of a triangle: rounding turns the normal of a thinner one by more than rays rise."""
 _S0, _S1, _S2, _S3 = CLEAR_SINES
+_T0, _T1, _T2, _T3 = (np.float32(sine / (1 - sine * sine) ** 0.5) for sine in CLEAR_SINES)  # tangents
 
 
 class _Views(NamedTuple):
     """Triangles from which the rest is seen, one in each lane.
 
     corner, edge1, edge2: where each is; normal: unit, on the side that is looked from; out_a, out_b, out_c: unit
-    vectors out of its sides, in its plane; reach_a, reach_b, reach_c: how far it goes along these, from `corner`;
-    low, high: its box; lift: what is lower above its plane does not count.
+    vectors out of its sides, in its plane; low, high: its box; lift: what is lower above its plane does not count;
+    sound: whether its normal can be told.
     """
 
     corner: object
@@ -68,12 +71,10 @@ class _Views(NamedTuple):
     out_a: object
     out_b: object
     out_c: object
-    reach_a: object
-    reach_b: object
-    reach_c: object
     low: object
     high: object
     lift: object
+    sound: object
 
 
 class _Clear(NamedTuple):
@@ -86,13 +87,9 @@ class _Clear(NamedTuple):
 
 
 @inline
-def _reach(out, edge1, edge2):
-    """Return how far triangles go in some direction from their corner."""
-    return maximum(0.0, maximum(dot(out, edge1), dot(out, edge2)))
-
-
-@inline
 def _unit(v):
+    """Return a vector of any length at unit length; 0 where it is 0."""
+    v = v * reciprocal(maximum(absolute(v.x), maximum(absolute(v.y), maximum(absolute(v.z), _TINY))))
     return v * reciprocal(sqrt(maximum(dot(v, v), _TINY)))
 
 
@@ -103,22 +100,23 @@ def _views(planes, side, lift):
     b = vector3(load(planes, 3 * LANES), load(planes, 4 * LANES), load(planes, 5 * LANES))
     c = vector3(load(planes, 6 * LANES), load(planes, 7 * LANES), load(planes, 8 * LANES))
     edge1, edge2 = b - a, c - a
-    facing = cross(edge1, edge2)
-    normal = _unit(facing)
+    normal, area = _unit(cross(edge1, edge2)), cross(_unit(edge1), _unit(edge2))
     out_a, out_b, out_c = _unit(cross(edge1, normal)), _unit(cross(c - b, normal)), _unit(cross(normal, edge2))
     low = vector3(minimum(a.x, minimum(b.x, c.x)), minimum(a.y, minimum(b.y, c.y)), minimum(a.z, minimum(b.z, c.z)))
     high = vector3(maximum(a.x, maximum(b.x, c.x)), maximum(a.y, maximum(b.y, c.y)), maximum(a.z, maximum(b.z, c.z)))
-    return _Views(a, edge1, edge2, normal * side, out_a, out_b, out_c, _reach(out_a, edge1, edge2),
-                  _reach(out_b, edge1, edge2), _reach(out_c, edge1, edge2), low, high, f32(lift))
+    return _Views(a, edge1, edge2, normal * side, out_a, out_b, out_c, low, high, f32(lift),
+                  dot(area, area) > _LEAST_SINE * _LEAST_SINE)
 
 
 @inline
 def _gap(low, high, box_low, box_high):
+    """Return how far two intervals are apart."""
     return maximum(maximum(box_low - high, low - box_high), 0.0)
 
 
 @inline
 def _less(r, stands, distance):
+    """Return r, in some lanes no more than a distance."""
     return select(stands, minimum(r, distance), r)
 
 
@@ -154,32 +152,47 @@ def _look_at_box(nodes, child, views, clear):
 
 @inline
 def _corner_at(words, at, views):
+    """Return a corner of a triangle of a leaf block, relative to that of triangles that look at it."""
     return vector3(scalar(words, at), scalar(words, at + _AXIS), scalar(words, at + 2 * _AXIS)) - views.corner
 
 
 @inline
-def _below(sine, heights, along):
+def _below(tangent, heights, along):
     """Return the lanes where three corners, and so what is between them, are not above an elevation.
 
-    Heights over a triangle's plane, and how far each is along a direction from where the triangle ends there: nothing
-    of it is nearer than that.
+    Heights over a triangle's plane, and how far each is along a direction in the plane from where the triangle ends
+    there: nothing of it is nearer than that, measured level.
     """
-    return ((heights[0] <= sine * along[0]) & (heights[1] <= sine * along[1])) & (heights[2] <= sine * along[2])
+    return (heights[0] <= tangent * along[0]) & (heights[1] <= tangent * along[1]) & (heights[2] <= tangent * along[2])
 
 
 @inline
-def _along(out, reach, pa, pb, pc):
+def _above(tangent, heights, a, b, c, d):
+    """Return the lanes where that cannot be told along any of four directions."""
+    return ~(_below(tangent, heights, a) | _below(tangent, heights, b) | _below(tangent, heights, c)
+             | _below(tangent, heights, d))
+
+
+@inline
+def _along(out, views, pa, pb, pc):
+    """Return how far three corners are along a direction from where triangles end there."""
+    reach = maximum(0.0, maximum(dot(out, views.edge1), dot(out, views.edge2)))
     return dot(out, pa) - reach, dot(out, pb) - reach, dot(out, pc) - reach
 
 
 @inline
 def _least(three):
+    """Return the least of three."""
     return minimum(three[0], minimum(three[1], three[2]))
 
 
 @inline
 def _look_at(words, at, nearest, others, views, clear):
-    """Return how far triangles see nothing, now that one more triangle has been looked at; `others`: lanes to do so."""
+    """Return how far triangles see nothing, now that one more triangle has been looked at; `others`: lanes to do so.
+
+    It is below an elevation if it is when measured along one of five directions: towards it, out of each side, and up
+    its own slope, which tells exactly how a triangle stands on a common corner.
+    """
     pa, pb, pc = (_corner_at(words, at, views), _corner_at(words, at + _CORNER, views),
                   _corner_at(words, at + 2 * _CORNER, views))
     n = views.normal
@@ -187,22 +200,22 @@ def _look_at(words, at, nearest, others, views, clear):
     others = others & (maximum(ha, maximum(hb, hc)) > 0.0)
     if not any_lane(others):
         return clear
-    towards = (pa + pb + pc) - views.edge1 - views.edge2
-    out_d = _unit(towards - n * dot(n, towards))
-    reach_d = _reach(out_d, views.edge1, views.edge2)
-    d = _along(out_d, reach_d, pa, pb, pc)
-    h = (ha, hb, hc)
-    s0, s1 = others & ~_below(_S0, h, d), others & ~_below(_S1, h, d)
-    s2, s3 = others & ~_below(_S2, h, d), others & ~_below(_S3, h, d)
+    heights, towards = (ha, hb, hc), (pa + pb + pc) - views.edge1 - views.edge2
+    a = _along(_unit(towards - n * dot(n, towards)), views, pa, pb, pc)
+    s0 = others & ~_below(_T0, heights, a)
     if not any_lane(s0):
         return clear
-    a, b = _along(views.out_a, views.reach_a, pa, pb, pc), _along(views.out_b, views.reach_b, pa, pb, pc)
-    c = _along(views.out_c, views.reach_c, pa, pb, pc)
-    distance = maximum(maximum(_least(a), _least(b)), maximum(maximum(_least(c), _least(d)), nearest))
-    s0 = s0 & (distance < clear.r0) & ~(_below(_S0, h, a) | _below(_S0, h, b) | _below(_S0, h, c))
-    s1 = s1 & (distance < clear.r1) & ~(_below(_S1, h, a) | _below(_S1, h, b) | _below(_S1, h, c))
-    s2 = s2 & ~(_below(_S2, h, a) | _below(_S2, h, b) | _below(_S2, h, c))
-    s3 = s3 & ~(_below(_S3, h, a) | _below(_S3, h, b) | _below(_S3, h, c))
+    facing = cross(pb - pa, pc - pa)
+    tilt = dot(n, facing)
+    b = _along(_unit((n * tilt - facing) * select(tilt < 0.0, f32(-1.0), 1.0)), views, pa, pb, pc)
+    c, d = _along(views.out_a, views, pa, pb, pc), _along(views.out_b, views, pa, pb, pc)
+    e = _along(views.out_c, views, pa, pb, pc)
+    distance = maximum(maximum(maximum(_least(a), _least(b)), maximum(_least(c), _least(d))),
+                       maximum(_least(e), nearest))
+    s0 = s0 & _above(_T0, heights, b, c, d, e)  # what is below one elevation is below the steeper ones
+    s1 = s0 & ~_below(_T1, heights, a) & _above(_T1, heights, b, c, d, e)
+    s2 = s1 & ~_below(_T2, heights, a) & _above(_T2, heights, b, c, d, e)
+    s3 = s2 & ~_below(_T3, heights, a) & _above(_T3, heights, b, c, d, e)
     return _Clear(_less(clear.r0, s0, distance), _less(clear.r1, s1, distance), _less(clear.r2, s2, distance),
                   _less(clear.r3, s3, distance))
 
@@ -211,7 +224,8 @@ def _look_at(words, at, nearest, others, views, clear):
 def _look_around(nodes, blocks, root, views, prims):
     """Return the _Clear of triangles, the nearest boxes first."""
     codes, distances = stack_ints(STACK_SIZE), stack_floats(STACK_SIZE)
-    clear = _Clear(f32(_ENDLESS), f32(_ENDLESS), f32(_ENDLESS), f32(_ENDLESS))
+    farthest = select(views.sound, f32(_ENDLESS), 0.0)
+    clear = _Clear(farthest, farthest, farthest, farthest)
     size, code, near = 0, np.int32(root), np.float32(0)
     while True:
         if code >= 0:
@@ -245,7 +259,7 @@ def _look_around(nodes, blocks, root, views, prims):
 @inline
 def _byte(r, per_unit):
     """Return a distance as a byte, 2**(byte / 8) - 1 units or less; 255 means endless."""
-    scaled = minimum(r * per_unit * np.float32(0.999), np.float32(2.0**31)) + 1.0
+    scaled = minimum(r * per_unit * _SHORTER, np.float32(2.0**31)) + 1.0
     code = (as_int(scaled) - CLEAR_BIAS) >> CLEAR_SHIFT
     return select(r < _ENDLESS, minimum(code, 254), 255)
 
