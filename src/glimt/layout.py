@@ -76,7 +76,7 @@ CLEARANCE = _struct("Clearance", distances="i")
 lowest elevation in the lowest, for ``2**(b // 8) * (1 + b % 8 / 8) - 1`` units;
 255 for any distance, 0 for not known."""
 
-CLEAR_SINES = tuple(np.float32(sine) for sine in (0.1, 0.2, 0.4, 0.7))
+CLEAR_SINES = tuple(np.float32(sine) for sine in (0.15, 0.35, 0.55, 0.8))
 CLEAR_SHIFT, CLEAR_BIAS = np.int32(20), np.int32(127 << 23)
 """A byte, shifted and biased, has the bits of the float that is a unit more than its distance."""
 
