@@ -81,7 +81,7 @@ def growth(
     mesh: Annotated[Path, typer.Argument(metavar="MESH", help="OBJ file, best a closed one of 50,000 triangles or "
                                                               "more.")],
     scene: PaperScene = None,
-    size: Annotated[int, typer.Option(min=16, max=4096, help="Side of the mesh's pictures.")] = 512,
+    size: Annotated[int, typer.Option(min=16, max=4096, help="Side of the mesh's pictures.")] = 1024,
     threads: Annotated[int, typer.Option(min=1, max=1024, help="Threads.")] = 1,
     frames: Frames = 3, rounds: Rounds = 5,
     quick: Annotated[bool, typer.Option(help="Short series: only to see that everything runs.")] = False,

@@ -251,3 +251,12 @@ def test_a_picture_from_the_top_level_function():
     scene = glimt.load(Path(__file__).resolve().parents[3] / "examples" / "stone_room.toml")
     got, wanted = (glimt.render(scene, size=(40, 30), max_bounces=1, engine=engine) for engine in ("gpu", "cpu"))
     assert_same_picture(got, wanted)
+
+
+def test_nothing_is_worked_out_that_only_the_cpu_uses():
+    renderer = on_gpu(Scene(settings=SETTINGS).add(_grid(20), PointLight(position=(0, 3, 1), radius=9)))
+    for _ in range(3):
+        renderer.render()
+    renderer.settle()
+    assert renderer._packer._finder is None
+    assert not renderer._packed.clearances.view(np.int32).any()
