@@ -1,12 +1,12 @@
 """How far from each triangle nothing stands in the way of rays that leave it, worked out beside the pictures.
 
-It takes three to five microseconds a triangle: too long to wait for, and more than one picture of the mesh can win back. So it is
-begun with the second picture, in a thread of its own; until then nothing is known, which is no less right.
+It takes three to five microseconds a triangle: too long to wait for, and more than one picture of the mesh can win
+back. So it is begun with the second picture, in a thread of its own; until then nothing is known, which is no less
+right.
 """
 
 import contextlib
 import os
-import subprocess
 import threading
 from typing import NamedTuple
 from weakref import WeakSet
@@ -20,7 +20,7 @@ from glimt.packed.meshes import CLEAR_UNIT, holds_clearances
 from glimt.scene.mesh import Mesh
 
 _LIFT = 2.0**-21
-"""The same of the height above a triangle at which its rays start at the least: a quarter of OFFSET_ERROR."""
+"""Rays start at least this share of the mesh's size above the triangle they leave: a quarter of OFFSET_ERROR."""
 _BLOCKS = 2048  # leaf blocks at a time: about 30 ms
 _NICENESS = 10
 
@@ -108,8 +108,4 @@ def compile_kernel() -> None:
 def _compile() -> bool:
     """Compile the kernel by another process, which does not hold up this one; return whether it can be loaded now."""
     compiling = compile_elsewhere("from glimt.packed.clearance import compile_kernel; compile_kernel()")
-    if compiling is None:
-        return False
-    with contextlib.suppress(subprocess.TimeoutExpired):
-        compiling.wait()
-    return is_ready(find_clearances)
+    return compiling is not None and compiling.wait() == 0 and is_ready(find_clearances)
