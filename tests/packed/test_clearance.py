@@ -199,6 +199,7 @@ def pictured(*objects):
     lo, hi = scene.bounds()
     center, reach = (lo + hi) / 2, float(np.linalg.norm(hi - lo))
     return scene.add(glimt.PointLight(position=center + reach * np.array([0.7, 0.6, 0.9]), radius=9 * reach),
+                     glimt.PointLight(position=(center[0], hi[1] + 1e-3 * reach, center[2]), radius=reach),
                      glimt.DirectionalLight(direction=(1, -0.4, -0.3)),
                      glimt.SpotLight(position=center + reach * np.array([-0.4, 1, 0.6]), radius=9 * reach,
                                      direction=(0.4, -1, -0.6)))

@@ -59,7 +59,7 @@ OWN_PARAMETERS = {
 SAME = {"rays": "ray", "texcoord_u": "texcoord"}
 DROPPED = {"texcoord_v"}
 """A packet's rays, and two numbers that are one vector of the GPU's."""
-OF_THE_CPU = {"t_unit", "clearance", "clear_unit", "begin"}
+OF_THE_CPU = {"clearance", "clear_unit", "begin"}
 """Fields and parameters: rays that leave a mesh begin where they can meet something of it only there."""
 
 OTHER_VALUES = {("ray", "SMALLEST")}  # of directions: inverses that can still be multiplied without infinities

@@ -3,7 +3,7 @@
 import numpy as np
 
 from glimt.engines.cpu.kernels.block import HIT, PATH, POINT, RAY, SLOTS, first_slot, lanes_of
-from glimt.engines.cpu.kernels.clearance import clear_distance
+from glimt.engines.cpu.kernels.clearance import clear_until
 from glimt.engines.cpu.kernels.resolve import add_to_pixels
 from glimt.kernel import inline
 from glimt.lanes import (
@@ -60,9 +60,11 @@ def bounce(block, packets, depth, max_bounces):
             pixel, travelled = load_int(block.paths, PATH.pixel + slot), load(block.paths, PATH.travelled + slot)
             ng = load3(block.points, POINT.ng + slot, SLOTS)
             direction = mirror_direction(direction, ng, load3(block.points, POINT.ns + slot, SLOTS))
-            clear = clear_distance(load_int(block.points, POINT.clearance + slot),
-                                   load(block.points, POINT.clear_unit + slot), dot(direction, ng))
-            source, start = load_int(block.hits, HIT.inst + slot), load3(block.points, POINT.start + slot, SLOTS)
+            start = load3(block.points, POINT.start + slot, SLOTS)
+            clear = clear_until(load_int(block.points, POINT.clearance + slot),
+                                load(block.points, POINT.clear_unit + slot), ng,
+                                start - load3(block.points, POINT.point + slot, SLOTS), direction)
+            source = load_int(block.hits, HIT.inst + slot)
             compress_store3(block.rays, RAY.origin + count, SLOTS, start, onward)
             compress_store3(block.rays, RAY.direction + count, SLOTS, direction, onward)
             compress_store(block.paths, PATH.throughput + count, throughput * reflectivity, onward)

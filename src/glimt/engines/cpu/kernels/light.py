@@ -18,14 +18,12 @@ _SHORT_OF_LIGHT = np.float32(1 - 2.0**-16)
 class LightSample(NamedTuple):
     """Light from one light.
 
-    wi: the unit way to it; reach, t_max: direction and end of the shadow ray; t_unit: its t after a unit of length;
-    attenuation: 0 where nothing arrives.
+    wi: the unit way to it; reach, t_max: direction and end of the shadow ray; attenuation: 0 where nothing arrives.
     """
 
     wi: object
     reach: object
     t_max: object
-    t_unit: object
     attenuation: object
 
 
@@ -39,7 +37,7 @@ def light_sample(scene, index, point, start):
     kind = scalar_int(scene.lights, record + LIGHT.kind)
     if kind == DIRECTIONAL_LIGHT:
         wi = splat3(f32(0.0)) - scalar3(scene.lights, record + LIGHT.direction)
-        return LightSample(wi, wi, f32(_ENDLESS), f32(1.0), f32(1.0))
+        return LightSample(wi, wi, f32(_ENDLESS), f32(1.0))
     position = scalar3(scene.lights, record + LIGHT.position)
     to_light = position - point
     squared = maximum(dot(to_light, to_light), _TINY)
@@ -55,4 +53,4 @@ def light_sample(scene, index, point, start):
                                                                                 record + LIGHT.cone_offset)
         cone = minimum(maximum(cone, 0.0), 1.0)
         attenuation = attenuation * cone * cone
-    return LightSample(wi, position - start, f32(_SHORT_OF_LIGHT), inverse, attenuation)
+    return LightSample(wi, position - start, f32(_SHORT_OF_LIGHT), attenuation)

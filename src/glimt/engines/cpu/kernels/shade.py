@@ -4,7 +4,7 @@ import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import count_rays
 from glimt.engines.cpu.kernels.block import HIT, POINT, RAY, SLOTS, first_slot, lanes_of
-from glimt.engines.cpu.kernels.clearance import clear_distance
+from glimt.engines.cpu.kernels.clearance import clear_until
 from glimt.engines.cpu.kernels.hit import begin_hits
 from glimt.engines.cpu.kernels.light import light_sample
 from glimt.engines.cpu.kernels.material import material_eval
@@ -65,10 +65,9 @@ def put_shadow_rays(scene, block, packets, index):
             store(block.points, POINT.cosine + slot, cosine)
             store(block.points, POINT.arriving + slot, arriving)
             set_up(block.shadow_rays, slot, fill_idle(lit, start), fill_idle(lit, light.reach))
-            clear = clear_distance(load_int(block.points, POINT.clearance + slot),
-                                   load(block.points, POINT.clear_unit + slot), dot(ng, light.wi))
-            begin_hits(block.shadow_hits, slot, lit, light.t_max, clear * light.t_unit,
-                       load_int(block.hits, HIT.inst + slot))
+            clear = clear_until(load_int(block.points, POINT.clearance + slot),
+                                load(block.points, POINT.clear_unit + slot), ng, start - point, light.reach)
+            begin_hits(block.shadow_hits, slot, lit, light.t_max, clear, load_int(block.hits, HIT.inst + slot))
     return towards
 
 
