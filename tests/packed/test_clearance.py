@@ -55,7 +55,7 @@ def joined(*meshes):
 
 
 def rising_rays(mesh, random, count, side=1):
-    """Return (triangles, origins, directions, sines) of rays from random points above random triangles."""
+    """Return (triangles, origins, directions, sines, offsets) of rays from random points above random triangles."""
     corners = mesh.positions[mesh.triangles].astype(np.float64)
     prims = random.integers(len(corners), size=count)
     a, b, c = corners[prims].transpose(1, 0, 2)
@@ -66,18 +66,24 @@ def rising_rays(mesh, random, count, side=1):
     directions *= np.sign((directions * normals).sum(1, keepdims=True))
     extent = (corners.max((0, 1)) - corners.min((0, 1))).max()
     points = a + u * (b - a) + v * (c - a)
-    origins = points + normals * float(OFFSET_ERROR) * (np.abs(points).max(1, keepdims=True) + extent)
-    return prims, origins, directions, (directions * normals).sum(1)
+    offsets = float(OFFSET_ERROR) * (np.abs(points).max(1) + extent)
+    return prims, points + normals * offsets[:, None], directions, (directions * normals).sum(1), offsets
+
+
+def begins(clear, sines, offsets):
+    """Return where rays begin that leave triangles with (n, 4) clearances."""
+    said = np.zeros(len(sines))
+    for k, sine in enumerate(CLEAR_SINES):
+        said = np.where(sines > sine + 0.002, clear[:, k], said)
+    return np.maximum(said - 2 * offsets, 0)
 
 
 def assert_nothing_is_nearer(mesh, packed, random, count=20000, side=1):
     """Shoot rays: none may meet anything before what is said of its triangle and elevation."""
     clear = distances_of(packed, count=len(mesh.triangles))
-    prims, origins, directions, sines = rising_rays(mesh, random, count, side)
+    prims, origins, directions, sines, offsets = rising_rays(mesh, random, count, side)
     hits = closest(packed, origins.astype(np.float32), directions.astype(np.float32))
-    said = np.zeros(count)
-    for k, sine in enumerate(CLEAR_SINES):
-        said = np.where(sines > sine + 0.002, clear[prims, k], said)
+    said = begins(clear[prims], sines, offsets)
     wrong = hits.t < said * (1 - 1e-5)
     assert not wrong.any(), (prims[wrong][:5], hits.t[wrong][:5], said[wrong][:5])
     return said, hits.t
@@ -152,13 +158,39 @@ def test_many_triangles_in_one_place():
     mesh = glimt.Mesh(points, triangles)
     packed = packed_with(mesh)
     solid = glimt.Mesh(points, triangles[100:300])
-    prims, origins, directions, sines = rising_rays(solid, random, 4000)
+    prims, origins, directions, sines, offsets = rising_rays(solid, random, 4000)
     clear = distances_of(packed)[100:300][prims]
     assert (np.diff(clear, axis=1) >= 0).all()
-    said = np.zeros(len(prims))
-    for k, sine in enumerate(CLEAR_SINES):
-        said = np.where(sines > sine + 0.002, clear[:, k], said)
-    assert (closest(packed, origins.astype(np.float32), directions.astype(np.float32)).t >= said * (1 - 1e-5)).all()
+    hits = closest(packed, origins.astype(np.float32), directions.astype(np.float32))
+    assert (hits.t >= begins(clear, sines, offsets) * (1 - 1e-5)).all()
+
+
+@pytest.mark.parametrize("shape", [
+    [[0, 0, 0], [-3, -3, -3], [-3, -2, 3]], [[0, 0, 0], [1, 0, 0], [0, 0, -1]], [[0, 0, 0], [5, 1, 2], [-1, 3, 4]]])
+def test_a_triangle_straight_above_is_seen(shape):
+    """There is no direction in the plane towards it, nor up its slope; rounding must not make one up."""
+    shape = np.array(shape, np.float64)
+    normal = linalg.normalize(np.cross(shape[1] - shape[0], shape[2] - shape[0]))
+    for height in (0.37, 2.0, 7.9):
+        points = np.concatenate([shape, shape + height * normal])
+        mesh = glimt.Mesh(points, [[0, 1, 2], [3, 4, 5]] + [[0, 0, 0]] * 600)
+        clear = distances_of(packed_with(mesh))
+        assert (clear[0] <= height * (1 + 1e-6)).all()
+        assert np.isinf(clear[1]).all()
+
+
+@pytest.mark.parametrize("place", [(0, 0, 0), (1000, -300, 0)], ids=["here", "far away"])
+@pytest.mark.parametrize("gap", [5e-5, 1e-3, 0.02, 0.1])
+def test_a_ceiling_close_above_the_floor_keeps_its_shadow(gap, place):
+    """Where rays begin nearer to the ceiling than the floor itself is."""
+    floor, roof = grid(24), grid(24, lambda x, z: 0 * x + gap)
+    renderer = Renderer(pictured(glimt.Instance(joined(floor, roof), linalg.translation(place))), engine="cpu")
+    camera = renderer.scene.camera_or_framing()
+    eye = np.array(place) + [0, 0.4 * gap, 2.2]  # between them
+    renderer.scene.camera = replace(camera, position=tuple(eye), target=tuple(eye - [0, 0.1 * gap, 1]))
+    before = renderer.render().sums.copy()
+    renderer.settle()
+    np.testing.assert_array_equal(renderer.render().sums, before)
 
 
 def test_normals_tell_the_side():

@@ -56,12 +56,13 @@ def ray_sets(mesh: Mesh, packed: PackedScene, size: int) -> list[RaySet]:
     turned = -np.sign((normal * direction).sum(1))
     normal *= turned[:, None]
     reach = np.linalg.norm(hi - lo)
-    point = corners[:, 0] * (1 - u - v) + corners[:, 1] * u + corners[:, 2] * v + normal * (1e-5 * reach)
+    offset = float(1e-5 * reach)
+    point = corners[:, 0] * (1 - u - v) + corners[:, 1] * u + corners[:, 2] * v + normal * offset
     light = np.asarray(camera.position) + reach * (0.5 * camera.basis().up - 0.7 * camera.basis().right)
     mirrored = direction - 2 * normal * (normal * direction).sum(1, keepdims=True)
     random = np.random.default_rng(1)
     ends = random.uniform(lo - 0.1 * (hi - lo), hi + 0.1 * (hi - lo), (2, primary.shape[1], 3))
-    leave = partial(_sources, packed, ids[0][found], turned, normal)
+    leave = partial(_sources, packed, ids[0][found], turned, normal, offset)
     return [RaySet("primary", primary, False, True),
             RaySet("shadow", _join(point, light - point, 1.0), True, False, leave(light - point)),
             RaySet("mirror", _join(point, mirrored), False, False, leave(mirrored)),
@@ -76,19 +77,20 @@ def _join(origins: NDArray[Any], directions: NDArray[Any], t_max: float = np.inf
 
 
 def _sources(packed: PackedScene, prims: NDArray[np.int32], turned: NDArray[Any], normals: NDArray[Any],
-             directions: NDArray[Any]) -> Rays:
-    """Return what the frame kernel knows of rays that leave triangles of the only instance (see `find_hits`).
+             offset: float, directions: NDArray[Any]) -> Rays:
+    """Return what the frame kernel knows of rays that leave triangles of the only instance, `offset` above them.
 
     turned: 1 where a normal is on the counter-clockwise side, else -1.
     """
     unit = float(packed.instances.view(dtype(INSTANCE))["clear_unit"][0])
     lengths = np.linalg.norm(directions, axis=1)
     count = len(prims) // _GRANULE * _GRANULE
-    sources = np.zeros((4, count), np.float32)
+    sources = np.zeros((5, count), np.float32)
     sources[0] = np.where(turned * unit > 0, packed.clearances.view(np.int32)[prims], 0).astype(
         np.int32).view(np.float32)[:count]
     sources[1] = (abs(unit) / lengths)[:count]
     sources[2] = ((normals * directions).sum(1) / lengths)[:count]
+    sources[3] = (2 * offset / lengths)[:count]
     return sources
 
 

@@ -7,24 +7,22 @@ right.
 
 import contextlib
 import os
+import sys
 import threading
 from typing import NamedTuple
-from weakref import WeakSet
 
 import numpy as np
 from numpy.typing import NDArray
 
 from glimt.kernel import compile_elsewhere, is_ready
 from glimt.packed.clearance_kernels import find_clearances
-from glimt.packed.meshes import CLEAR_UNIT, holds_clearances
+from glimt.packed.meshes import CLEAR_UNIT, note_clearances
 from glimt.scene.mesh import Mesh
 
 _LIFT = 2.0**-21
 """Rays start at least this share of the mesh's size above the triangle they leave: a quarter of OFFSET_ERROR."""
 _BLOCKS = 2048  # leaf blocks at a time: about 30 ms
 _NICENESS = 10
-
-_FOUND: "WeakSet[Mesh]" = WeakSet()
 
 
 class LookAround(NamedTuple):
@@ -49,13 +47,12 @@ class ClearanceFinder:
     nodes, blocks, clearances : float32
         Those of a `PackedScene`.
     meshes : list of LookAround
-        Those that are known already are passed over.
     """
 
     def __init__(self, nodes: NDArray[np.float32], blocks: NDArray[np.float32], clearances: NDArray[np.float32],
                  meshes: list[LookAround]) -> None:
         self._arrays, self._clearances = (nodes, blocks), clearances.view(np.int32)
-        self._meshes = [each for each in meshes if each.clear_unit and each.mesh not in _FOUND]
+        self._meshes = meshes
         self._pictures, self._stopped = 0, False
         self._thread: threading.Thread | None = None
 
@@ -82,21 +79,21 @@ class ClearanceFinder:
         self._stopped = True
 
     def _find(self) -> None:
-        with contextlib.suppress(OSError, AttributeError):  # Linux has priorities of threads: pictures come first
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
+        if sys.platform == "linux":  # where threads have priorities: pictures come first
+            with contextlib.suppress(OSError):
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
         if not is_ready(find_clearances) and not _compile():
             return
         for each in self._meshes:
-            size = abs(each.clear_unit) / CLEAR_UNIT
-            side, lift = np.float32(np.sign(each.clear_unit)), np.float32(size * _LIFT)
-            per_unit = np.float32(1 / (size * CLEAR_UNIT))
+            unit = abs(each.clear_unit)
+            side, lift, per_unit = (np.float32(number) for number in (
+                np.sign(each.clear_unit), unit / CLEAR_UNIT * _LIFT, 1 / unit))
             for first in range(each.first_block, each.end_block, _BLOCKS):
                 if self._stopped:
                     return
                 find_clearances(*self._arrays, each.root, first, min(first + _BLOCKS, each.end_block),
                                 each.first_triangle, side, lift, per_unit, self._clearances)
-            if holds_clearances(each.mesh, self._clearances):  # else they were copied before all was found
-                _FOUND.add(each.mesh)
+            note_clearances(each.mesh, self._clearances)
 
 
 def compile_kernel() -> None:

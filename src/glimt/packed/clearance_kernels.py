@@ -51,7 +51,8 @@ _COARSE = np.float32(0.4)
 """A box whose sides add up to less than this share of its distance is not looked into."""
 _SHORTER = np.float32(0.999)
 _LEAST_SINE = np.float32(1e-3)
-"""Of the angle between two sides of a triangle: rounding turns the normal of a thinner one by more than rays rise."""
+"""Of angles: rounding turns the normal of a triangle with sides closer together, or a direction closer to that normal,
+by more than what rays are given."""
 _S0, _S1, _S2, _S3 = CLEAR_SINES
 _T0, _T1, _T2, _T3 = (np.float32(sine / (1 - sine * sine) ** 0.5) for sine in CLEAR_SINES)  # tangents
 
@@ -94,13 +95,20 @@ def _unit(v):
 
 
 @inline
+def _part_of(part, whole):
+    """Return a part of a vector at unit length; 0 where it is so small that rounding decides where it points."""
+    return _unit(part) * select(dot(part, part) > _LEAST_SINE * _LEAST_SINE * dot(whole, whole), f32(1.0), 0.0)
+
+
+@inline
 def _views(planes, side, lift):
     """Return the _Views of triangles whose corners lie in nine planes."""
     a = vector3(load(planes, 0), load(planes, LANES), load(planes, 2 * LANES))
     b = vector3(load(planes, 3 * LANES), load(planes, 4 * LANES), load(planes, 5 * LANES))
     c = vector3(load(planes, 6 * LANES), load(planes, 7 * LANES), load(planes, 8 * LANES))
     edge1, edge2 = b - a, c - a
-    normal, area = _unit(cross(edge1, edge2)), cross(_unit(edge1), _unit(edge2))
+    area = cross(_unit(edge1), _unit(edge2))
+    normal = _unit(area)
     out_a, out_b, out_c = _unit(cross(edge1, normal)), _unit(cross(c - b, normal)), _unit(cross(normal, edge2))
     low = vector3(minimum(a.x, minimum(b.x, c.x)), minimum(a.y, minimum(b.y, c.y)), minimum(a.z, minimum(b.z, c.z)))
     high = vector3(maximum(a.x, maximum(b.x, c.x)), maximum(a.y, maximum(b.y, c.y)), maximum(a.z, maximum(b.z, c.z)))
@@ -201,13 +209,14 @@ def _look_at(words, at, nearest, others, views, clear):
     if not any_lane(others):
         return clear
     heights, towards = (ha, hb, hc), (pa + pb + pc) - views.edge1 - views.edge2
-    a = _along(_unit(towards - n * dot(n, towards)), views, pa, pb, pc)
+    a = _along(_part_of(towards - n * dot(n, towards), towards), views, pa, pb, pc)
     s0 = others & ~_below(_T0, heights, a)
     if not any_lane(s0):
         return clear
     facing = cross(pb - pa, pc - pa)
     tilt = dot(n, facing)
-    b = _along(_unit((n * tilt - facing) * select(tilt < 0.0, f32(-1.0), 1.0)), views, pa, pb, pc)
+    uphill = _part_of(n * tilt - facing, facing) * select(tilt < 0.0, f32(-1.0), 1.0)
+    b = _along(uphill, views, pa, pb, pc)
     c, d = _along(views.out_a, views, pa, pb, pc), _along(views.out_b, views, pa, pb, pc)
     e = _along(views.out_c, views, pa, pb, pc)
     distance = maximum(maximum(maximum(_least(a), _least(b)), maximum(_least(c), _least(d))),

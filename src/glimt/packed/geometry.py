@@ -32,7 +32,7 @@ class MeshUse(NamedTuple):
 
 
 class Placement(NamedTuple):
-    """The INSTANCE fields that say where the arrays of a mesh start."""
+    """The INSTANCE fields that a mesh decides: where its arrays start, and what is in them."""
 
     root: int
     first_triangle: int
@@ -53,6 +53,7 @@ class Geometry(NamedTuple):
     clearances: Words
     placements: list[Placement]
     spans: list[tuple[int, int]]  # of each mesh, its first leaf block and how many there are
+    clearances_found: list[bool]  # of each mesh
 
 
 def join_meshes(uses: list[MeshUse], threads: int) -> Geometry:
@@ -74,7 +75,8 @@ def join_meshes(uses: list[MeshUse], threads: int) -> Geometry:
                   use.mesh.texcoords is None, mesh.clear_unit)
         for use, mesh, start in zip(uses, packed, starts, strict=True)],
         spans=[(start["blocks"], mesh.blocks.size // TRIANGLE_BLOCK.words)
-               for mesh, start in zip(packed, starts, strict=True)])
+               for mesh, start in zip(packed, starts, strict=True)],
+        clearances_found=[mesh.clearances_found for mesh in packed])
 
 
 def _join(kind: str, uses: list[MeshUse], packed: list[PackedMesh], starts: list[dict[str, int]]) -> Words:

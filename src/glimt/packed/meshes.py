@@ -43,6 +43,7 @@ class PackedMesh(NamedTuple):
         Of the tree.
     with_tangents : bool
         Whether tangents were asked for.
+    clearances_found : bool
     """
 
     nodes: Words
@@ -58,6 +59,7 @@ class PackedMesh(NamedTuple):
     material_ids: tuple[int, ...]
     depth: int
     with_tangents: bool
+    clearances_found: bool = False
 
     def tree(self) -> bvh.WideTree:
         """Return the tree of the mesh, as if it stood alone."""
@@ -105,10 +107,11 @@ def mesh_tree(mesh: Mesh) -> bvh.WideTree:
     return _PACKED[mesh].tree()
 
 
-def holds_clearances(mesh: Mesh, words: NDArray[Any]) -> bool:
-    """Return whether the clearances of a mesh are a part of these."""
+def note_clearances(mesh: Mesh, words: NDArray[Any]) -> None:
+    """Keep that all clearances of a mesh are found, if they are a part of these and not a copy made before."""
     packed = _PACKED.get(mesh)
-    return packed is not None and np.may_share_memory(packed.clearances, words)
+    if packed is not None and np.may_share_memory(packed.clearances, words):
+        remember(mesh, packed._replace(clearances_found=True))
 
 
 def shift_codes(nodes: Words, nodes_before: int, blocks_before: int) -> None:

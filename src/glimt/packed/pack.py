@@ -84,19 +84,20 @@ class Packer:
             lights=pack_lights(scene.lights, time), spans=self._spans(contents.objects, places))
 
     def clearances(self) -> ClearanceFinder:
-        """Return what finds the clearances of the meshes last packed."""
+        """Return what finds the clearances of the meshes last packed, of those where they are not known."""
         if self._finder is None:
-            known, finder = self._geometry, None
+            here = self._geometry
             meshes = [LookAround(use.mesh, place.root, first, first + blocks, place.first_triangle, place.clear_unit)
-                      for use, place, (first, blocks) in zip(self._uses or [], known.placements, known.spans,
-                                                             strict=True)]
-            self._finder = finder = ClearanceFinder(known.nodes, known.blocks, known.clearances, meshes)
-            weakref.finalize(self, finder.stop)
+                      for use, place, (first, blocks), found in zip(self._uses or [], here.placements, here.spans,
+                                                                    here.clearances_found, strict=True)
+                      if place.clear_unit and not found]
+            self._finder = ClearanceFinder(here.nodes, here.blocks, here.clearances, meshes)
+            self._stop_finder = weakref.finalize(self, self._finder.stop)
         return self._finder
 
     def _forget_finder(self) -> None:
         if self._finder:
-            self._finder.stop()
+            self._stop_finder()  # and is not kept for later
         self._finder = None
 
     def _spans(self, objects: list[Instance | Sphere], places: dict[Mesh, int]) -> NDArray[np.float32]:

@@ -9,10 +9,23 @@ from glimt.engines.cpu.kernels.hit import begin_hits, hit_at
 from glimt.engines.cpu.kernels.packet import fill_idle, set_up
 from glimt.engines.cpu.kernels.traverse import NO_FLAGS, OCCLUSION, SHARED_ORIGIN, TRACE, trace
 from glimt.kernel import calls, inline, kernel
-from glimt.lanes import LANES, any_lane, atomic_add, f32, i32, load, load_int, select, stack_floats, store, vector3
+from glimt.lanes import (
+    LANES,
+    any_lane,
+    atomic_add,
+    f32,
+    i32,
+    load,
+    load_int,
+    maximum,
+    select,
+    stack_floats,
+    store,
+    vector3,
+)
 from glimt.layout import MISS
 
-NO_SOURCES = np.zeros((4, 0), np.float32)
+NO_SOURCES = np.zeros((5, 0), np.float32)
 """`sources` of rays that leave no mesh, or nothing that is known of."""
 
 CHUNK = 4096
@@ -31,7 +44,8 @@ def _begin(rays, sources, n, i, block, hits):
         clear, source = f32(0.0), i32(MISS)
         if sources.shape[1]:
             clear = clear_distance(load_int(sources, at), load(sources, n + at), load(sources, 2 * n + at))
-            source = load_int(sources, 3 * n + at)
+            clear = maximum(clear - load(sources, 3 * n + at), 0.0)
+            source = load_int(sources, 4 * n + at)
         begin_hits(hits, slot, active, t_max, clear, source)
         if any_lane(active):
             packets |= np.int32(1) << np.int32(k)
@@ -51,9 +65,10 @@ def find_hits(scene, rays, sources, shared_origin, floats, ids, chunk):
     scene : PackedScene
     rays : (7, n) float32
         Origins, directions, and how far each looks; one that looks no farther than 0 is idle. n is a multiple of 16.
-    sources : (4, n) float32
+    sources : (5, n) float32
         What is known of the surfaces that rays leave: words of CLEARANCE, a ray's t after one of their units, the sine
-        at which it rises, the instance. The first and the last are int32. Or NO_SOURCES.
+        at which it rises, how much nearer (in t) than the surface's points things may be to where it begins, the
+        instance. The first and the last are int32. Or NO_SOURCES.
     shared_origin : bool
         Whether all start in one point.
     floats, ids : (3, n) float32, (2, n) int32

@@ -58,8 +58,8 @@ def _walk_mesh(scene, root, bundle, packets, lanes, span, begin, inst, pending):
     while True:
         if code >= 0:
             visited += 1
-            size = push_children(scene, scene.blas_nodes, code, bundle, here, span, begin, limit, stack,
-                                  size, IN_MESH)
+            size = push_children(scene, scene.blas_nodes, code, bundle, here, span, begin, limit, stack, size,
+                                 IN_MESH)
         else:
             meet_leaf(scene, inst, ~code, bundle, here, distance)
             limit = farthest(bundle.hits, packets)
@@ -189,7 +189,7 @@ def _walk_scene(scene, bundle, packets, span, pending):
     while True:
         if code >= 0:
             size = push_children(scene, scene.tlas_nodes, code, bundle, here, span, np.float32(0), limit, stack,
-                                  size, IN_SCENE)
+                                 size, IN_SCENE)
         else:
             _instances(scene, ~code, bundle, here, pending, packets, span)
             limit = farthest(bundle.hits, packets)
