@@ -1,7 +1,9 @@
 """How far from a triangle nothing stands in the way: bounds that no ray may disprove, and that are worth having."""
 
+import gc
 import threading
 import time
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -165,29 +167,31 @@ def test_many_triangles_in_one_place():
     assert (hits.t >= begins(clear, sines, offsets) * (1 - 1e-5)).all()
 
 
-@pytest.mark.parametrize("shape", [
-    [[0, 0, 0], [-3, -3, -3], [-3, -2, 3]], [[0, 0, 0], [1, 0, 0], [0, 0, -1]], [[0, 0, 0], [5, 1, 2], [-1, 3, 4]]])
-def test_a_triangle_straight_above_is_seen(shape):
+@pytest.mark.parametrize("edges", [[[-3, -3, -3], [-3, -2, 3]], [[1, 0, 0], [0, 0, -1]], [[5, 1, 2], [-1, 3, 4]],
+                                   [[2, -7, 1], [3, 3, -8]], [[-4, 1, 6], [5, 5, 1]]])
+def test_a_triangle_straight_above_is_seen(edges):
     """There is no direction in the plane towards it, nor up its slope; rounding must not make one up."""
-    shape = np.array(shape, np.float64)
-    normal = linalg.normalize(np.cross(shape[1] - shape[0], shape[2] - shape[0]))
-    for height in (0.37, 2.0, 7.9):
-        points = np.concatenate([shape, shape + height * normal])
+    shape = np.array([[0, 0, 0], *edges], np.float64)
+    above = np.cross(*shape[1:])
+    above /= np.gcd.reduce(above.astype(int))
+    for height in (1, 2, 3, 5):
+        points = np.concatenate([shape, shape + height * above])
         mesh = glimt.Mesh(points, [[0, 1, 2], [3, 4, 5]] + [[0, 0, 0]] * 600)
         clear = distances_of(packed_with(mesh))
-        assert (clear[0] <= height * (1 + 1e-6)).all()
+        assert (clear[0] <= height * np.linalg.norm(above) * (1 + 1e-6)).all()
         assert np.isinf(clear[1]).all()
 
 
 @pytest.mark.parametrize("place", [(0, 0, 0), (1000, -300, 0)], ids=["here", "far away"])
-@pytest.mark.parametrize("gap", [5e-5, 1e-3, 0.02, 0.1])
-def test_a_ceiling_close_above_the_floor_keeps_its_shadow(gap, place):
-    """Where rays begin nearer to the ceiling than the floor itself is."""
-    floor, roof = grid(24), grid(24, lambda x, z: 0 * x + gap)
-    renderer = Renderer(pictured(glimt.Instance(joined(floor, roof), linalg.translation(place))), engine="cpu")
-    camera = renderer.scene.camera_or_framing()
-    eye = np.array(place) + [0, 0.4 * gap, 2.2]  # between them
-    renderer.scene.camera = replace(camera, position=tuple(eye), target=tuple(eye - [0, 0.1 * gap, 1]))
+@pytest.mark.parametrize("power", [4, 6, 9, 13, 15])
+def test_a_ceiling_close_above_the_floor_keeps_its_shadow(power, place):
+    """Where rays begin nearer to the ceiling than the floor itself is; a distance that is hardly rounded down."""
+    gap = (1.25 * 2**power - 1) * 2 * 2.0**-20 * 1.0011
+    floor, roof = grid(24), grid(1, lambda x, z: 0 * x + gap)
+    scene = pictured(glimt.Instance(joined(floor, roof), linalg.translation(place)))
+    renderer = Renderer(scene.add(glimt.DirectionalLight(direction=(0.02, -1, 0.01))), engine="cpu")
+    eye = np.array(place) + [0.1, 0.6 * gap, 0.1]  # between them
+    renderer.scene.camera = glimt.Camera(tuple(eye), tuple(eye + [0.3, -0.5 * gap, 0.3]), fov_deg=60)
     before = renderer.render().sums.copy()
     renderer.settle()
     np.testing.assert_array_equal(renderer.render().sums, before)
@@ -287,6 +291,27 @@ def test_what_is_found_is_kept_with_the_mesh():
     assert renderer._packer.clearances() is not finder
     assert renderer._packed.clearances[len(words):].view(np.int32).any()
     assert len(renderer._packer.clearances()._meshes) == 1
+
+
+def test_scenes_that_share_a_mesh_know_it_each():
+    mesh = torus(40, 20)
+    first, second = Packer(), Packer()
+    shared = first.pack(Scene().add(mesh, torus(20, 40)))
+    alone = second.pack(Scene().add(mesh))
+    for packer in (second, first):
+        packer.clearances().finish()
+    count = len(mesh.triangles)
+    np.testing.assert_array_equal(shared.clearances[:count].view(np.int32), alone.clearances.view(np.int32))
+    assert alone.clearances.view(np.int32).any()
+
+
+def test_no_finder_outlives_its_meshes():
+    packer, mesh = Packer(), torus(40, 20)
+    packer.pack(Scene().add(mesh))
+    finder = weakref.ref(packer.clearances())
+    packer.pack(Scene().add(mesh.with_positions(mesh.positions * np.float32(2))))
+    gc.collect()
+    assert finder() is None
 
 
 def test_moved_vertices_are_unknown_again():
