@@ -11,7 +11,6 @@ _LONGEST = np.float32(2.0**31)
 _SAFETY = np.float32(0.002)
 """By how much more a ray has to rise than the elevation says: a hundred times what float32 rounds off."""
 _FIRST, _SECOND, _THIRD, _FOURTH = (sine + _SAFETY for sine in CLEAR_SINES)
-_HIGHEST_BYTE = np.int32(-(1 << 24))
 _TINY = np.float32(1e-36)
 
 
@@ -23,7 +22,7 @@ def clear_distance(distances, unit, sine):
     """
     byte = select(sine > _FOURTH, distances, select(sine > _THIRD, distances << np.int32(8), select(
         sine > _SECOND, distances << np.int32(16), select(sine > _FIRST, distances << np.int32(24), 0))))
-    code = ((byte & _HIGHEST_BYTE) >> np.int32(24)) & np.int32(255)
+    code = (byte >> np.int32(24)) & np.int32(255)
     number = as_float((code << CLEAR_SHIFT) + CLEAR_BIAS)
     return select(number > _LONGEST, _ENDLESS, (number - 1.0) * unit)
 
