@@ -110,5 +110,5 @@ def test_stages_are_not_timed_unless_asked_for(usual):
 @pytest.mark.parametrize("options", [EngineOptions(tile=12), EngineOptions(tile=0), EngineOptions(tile=2048),
                                      EngineOptions(packets=3), EngineOptions(packets=0)])
 def test_what_cannot_be_is_refused(scene, options):
-    with pytest.raises(GlimtError, match="expected a multiple of 8 up to 1024, and 1, 2 or 4"):
+    with pytest.raises(GlimtError, match="expected a multiple of 8 up to 1024, and one of 1, 2, 4"):
         Renderer(scene, engine="cpu", options=options)

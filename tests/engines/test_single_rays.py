@@ -134,10 +134,10 @@ def test_a_block_of_packets_of_every_kind(packed):
 
 
 def test_any_packets_of_a_block_may_be_idle(packed):
-    kinds = ["a narrow beam", "anywhere", "one octant", "two octants"]
+    kinds = ["a narrow beam", "anywhere", "one octant", "two octants"] * (PACKETS // 4)
     origins, directions = np.concatenate([packet(kind) for kind in kinds], 1).astype(np.float32)
     every = tracing.closest(packed, origins, directions)
-    for chosen in range(2**PACKETS):
+    for chosen in range(2**PACKETS) if PACKETS == 4 else RANDOM.integers(2**PACKETS, size=256):
         active = np.repeat((chosen >> np.arange(PACKETS)) & 1 == 1, LANES)
         hits = tracing.closest(packed, origins, directions, active)
         assert (bits(hits[active]) == bits(every[active])).all()

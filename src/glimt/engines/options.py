@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from glimt.layout import PACKETS, TILE
+from glimt.layout import TILE
 
 
 class EngineOptions(NamedTuple):
@@ -12,8 +12,8 @@ class EngineOptions(NamedTuple):
     ----------
     tile : int
         CPU: pixels along a tile, the piece of a picture that a thread takes at once; a multiple of 8, up to 1024.
-    packets : 1, 2 or 4
-        CPU: how many packets of rays travel together.
+    packets : int, optional
+        CPU: how many packets of rays travel together, 1, 2, 4 or more, up to 64 rays; None: 64 rays.
     group : (width, height)
         GPU: the shape of a workgroup.
     brute_force : bool
@@ -24,7 +24,7 @@ class EngineOptions(NamedTuple):
     """
 
     tile: int = TILE
-    packets: int = PACKETS
+    packets: int | None = None
     group: tuple[int, int] = (8, 8)
     brute_force: bool = False
     time_stages: bool = False

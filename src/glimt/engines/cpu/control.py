@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from glimt.engines.cpu.kernels.block import PACKETS
 from glimt.engines.options import DEFAULT_OPTIONS, EngineOptions
 from glimt.layout import COUNTER_STRIDE, FIRST_SHARE, OWN_SHARE, SHARE_STRIDE, SHARES, TILE_SIDE, TOGETHER
 
@@ -10,7 +11,7 @@ from glimt.layout import COUNTER_STRIDE, FIRST_SHARE, OWN_SHARE, SHARE_STRIDE, S
 def new_control(shares: int = 1, options: EngineOptions = DEFAULT_OPTIONS) -> NDArray[np.int64]:
     """Return a render's flag to stop, how its work is divided, and a counter of tiles for each share."""
     control = np.zeros(FIRST_SHARE + shares * SHARE_STRIDE, np.int64)
-    control[SHARES], control[TILE_SIDE], control[TOGETHER] = shares, options.tile, options.packets
+    control[SHARES], control[TILE_SIDE], control[TOGETHER] = shares, options.tile, options.packets or PACKETS
     return control
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from glimt.debug_view import DebugView
 from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.engines.cpu.control import new_control, new_counters, tiles_taken
+from glimt.engines.cpu.kernels.block import PACKETS
 from glimt.engines.cpu.kernels.debug import BARYCENTRICS, DEPTH, INSTANCES, NORMALS, SHADOWS, debug_tiles
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT, refine_tiles
@@ -55,9 +56,10 @@ class CpuEngine:
     def __init__(self, threads: int | None = None, options: EngineOptions = DEFAULT_OPTIONS) -> None:
         if threads is not None and not 1 <= threads <= _MOST_THREADS:
             raise GlimtError(f"threads is {threads}, expected 1 to {_MOST_THREADS}")
-        if options.tile not in range(8, 1025, 8) or options.packets not in (1, 2, 4):
+        counts = [2**k for k in range(PACKETS.bit_length())]
+        if options.tile not in range(8, 1025, 8) or options.packets not in (None, *counts):
             raise GlimtError(f"tile is {options.tile} and packets {options.packets}; expected a multiple of 8 up to "
-                             "1024, and 1, 2 or 4")
+                             f"1024, and one of {', '.join(map(str, counts))} or None for all")
         self._options = options
         self.threads = threads or available_threads()
         self._pool = ThreadPoolExecutor(self.threads, "glimt")

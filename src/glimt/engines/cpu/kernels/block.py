@@ -1,4 +1,4 @@
-"""Memory of a block: up to four packets of rays that travel together and stay in the first-level cache.
+"""Memory of a block: 64 rays, in as many packets as that takes, that travel together and stay in the first-level cache.
 
 A field is a plane with one word for each ray: the words of ray number `slot` are at ``FIELD + slot``, and those of its
 packet begin at a multiple of LANES. Which packets of a block are meant is told by the bits of an int32.
@@ -11,10 +11,10 @@ import numpy as np
 
 from glimt.kernel import inline
 from glimt.lanes import LANES, count_trailing_zeros, from_bits, scalar_int, stack_floats, stack_ints
-from glimt.layout import PACKETS
+from glimt.layout import BLOCK_RAYS
 
-SLOTS = PACKETS * LANES
-"""Rays in a block."""
+SLOTS = BLOCK_RAYS
+PACKETS = SLOTS // LANES
 
 _PACKET_LANES, _PACKET_START = np.int64((1 << LANES) - 1), np.int64(-LANES)
 

@@ -11,6 +11,7 @@ from glimt.engines.cpu.kernels.block import HIT, PACKETS, POINT, SLOTS, first_sl
 from glimt.engines.cpu.kernels.create_rays import (
     BLOCK_HEIGHT,
     BLOCK_WIDTH,
+    COLUMNS,
     PACKET_HEIGHT,
     PACKET_WIDTH,
     create_rays,
@@ -98,8 +99,8 @@ def store_numbers(values, block, left, top, always):
         if not always:
             numbers = select3(met, numbers, 0.0)
         for lane in range(LANES):
-            column = left + k % 2 * PACKET_WIDTH + lane % PACKET_WIDTH
-            row = top + k // 2 * PACKET_HEIGHT + lane // PACKET_WIDTH
+            column = left + k % COLUMNS * PACKET_WIDTH + lane % PACKET_WIDTH
+            row = top + k // COLUMNS * PACKET_HEIGHT + lane // PACKET_WIDTH
             if column < width and row < height:
                 store_pixel(words, row * width + column, numbers, lane, extract(share, lane))
 

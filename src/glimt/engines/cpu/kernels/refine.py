@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import arrays
-from glimt.engines.cpu.kernels.block import PACKETS, new_block
+from glimt.engines.cpu.kernels.block import new_block
 from glimt.engines.cpu.kernels.contrast import (
     CODE_WORDS,
     CONTRAST_WORDS,
@@ -134,7 +134,7 @@ def _create_rays(scene, block, pixel, active, number, left, top, width, height):
     """Write rays through some pixels of the tile at (left, top): packet k holds the sample in row k of the grid."""
     columns, rows = _places(pixel, left, top)
     step = np.float32(1) / np.float32(GRID)
-    for k in range(PACKETS):
+    for k in range(GRID):
         store_scalar(block.active, k, bits(active))
         shift_x = (np.float32(_SHIFTS[k] ^ _ROUNDS[number]) + np.float32(0.5)) * step
         put_rays(scene, block, k, columns, rows, shift_x, (np.float32(k) + np.float32(0.5)) * step, width, height)
@@ -215,9 +215,9 @@ def refine_tile(scene, block, memory, film, first, left, top, max_bounces, contr
             pixel = select(active, load_int(todo, _PIXEL + start), 0)
             _create_rays(scene, block, pixel, active, number, left, top, width, height)
             begin_pixels(block.sums)
-            radiance(scene, block, np.int32((1 << PACKETS) - 1), spread, max_bounces)
+            radiance(scene, block, np.int32((1 << GRID) - 1), spread, max_bounces)
             total, square = load3(todo, _SUM + start, _PLANE), load3(todo, _SQUARE + start, _PLANE)
-            for k in range(PACKETS):
+            for k in range(GRID):
                 light = finite_samples(scene, block.sums, np.int64(k * LANES), active)
                 total = total + light
                 square = square + _squares(scene, light)

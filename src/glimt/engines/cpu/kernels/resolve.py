@@ -4,7 +4,7 @@ import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import count
 from glimt.engines.cpu.kernels.block import PACKETS, PATH, SLOTS, lanes_of
-from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH
+from glimt.engines.cpu.kernels.create_rays import COLUMNS, PACKET_HEIGHT, PACKET_WIDTH
 from glimt.kernel import inline
 from glimt.lanes import (
     LANES,
@@ -80,7 +80,7 @@ def resolve(film, totals, samples, left, top):
     height, width = film.shape[0], film.shape[1]
     words, count_ = pointer(film), f32(samples)
     for k in range(PACKETS):
-        x, y = left + k % 2 * PACKET_WIDTH, top + k // 2 * PACKET_HEIGHT
+        x, y = left + k % COLUMNS * PACKET_WIDTH, top + k // COLUMNS * PACKET_HEIGHT
         sums = load3(totals, np.int64(k * LANES), SLOTS)
         if x + PACKET_WIDTH <= width and y + PACKET_HEIGHT <= height:
             _store_quarter(words, x, y, width, 0, interleave4(sums.x, sums.y, sums.z, count_, 0))
