@@ -160,9 +160,9 @@ COUNTER_STRIDE = np.int64(16)
 """Each thread counts in int64s of its own, two cache lines apart: rays by kind, and samples that were not finite; then
 whether stages are to be timed, which share of the tiles it begins with, and the ticks of each stage."""
 
-TILE, BLOCK_RAYS = 16, 64
+TILE = 16
 """Pixels along the side of a tile, the piece of a picture that a thread of the CPU takes at once where nobody says
-otherwise; and the rays of a block, whose packets travel together: an int64 has a bit for each."""
+otherwise."""
 CANCEL, SHARES, TILE_SIDE, TOGETHER = (np.int64(k) for k in range(4))
 FIRST_SHARE = SHARE_STRIDE = np.int64(16)
 """Places in the int64s that threads share: whether to stop, and how work is divided, into shares, by pixels along a

@@ -7,10 +7,8 @@ from typing import Literal, NamedTuple
 from glimt.bench.frame_scenes import ring_of_lights
 from glimt.bench.growth import squares_of_instances
 from glimt.engines import DEFAULT_OPTIONS, EngineOptions
-from glimt.engines.cpu.engine import available_threads
+from glimt.engines.cpu.engine import PACKET_COUNTS, available_threads
 from glimt.errors import GlimtError
-from glimt.kernel import host_lanes
-from glimt.layout import BLOCK_RAYS
 from glimt.scene.instance import Instance
 from glimt.scene.light import PointLight
 from glimt.scene.scene import Samples, Scene
@@ -132,7 +130,7 @@ def _grouping(study: Study) -> Curves:
     return {"tiles": [Setting(side * side, f"tiles {side}×{side}", study.base, EngineOptions(tile=side))
                       for side in (8, 16, 32, 64, 128)],
             "packets": [Setting(count, f"{count} packet{'s' * (count > 1)}", study.base, EngineOptions(packets=count))
-                        for count in (2**k for k in range((BLOCK_RAYS // host_lanes()).bit_length()))]}
+                        for count in PACKET_COUNTS]}
 
 
 def _pixels(study: Study) -> Curves:

@@ -39,6 +39,8 @@ from glimt.packed import PackedScene
 _POLL_SECONDS = 0.1
 _MOST_THREADS = 1024
 _SHOWS = {"depth": DEPTH, "barycentrics": BARYCENTRICS, "instances": INSTANCES, "normals": NORMALS, "shadows": SHADOWS}
+PACKET_COUNTS = [2**k for k in range(PACKETS.bit_length())]
+"""How many packets of a block may travel together."""
 _NO_RAYS = np.zeros((3, 7, 0), np.float32)
 
 
@@ -56,10 +58,9 @@ class CpuEngine:
     def __init__(self, threads: int | None = None, options: EngineOptions = DEFAULT_OPTIONS) -> None:
         if threads is not None and not 1 <= threads <= _MOST_THREADS:
             raise GlimtError(f"threads is {threads}, expected 1 to {_MOST_THREADS}")
-        counts = [2**k for k in range(PACKETS.bit_length())]
-        if options.tile not in range(8, 1025, 8) or options.packets not in (None, *counts):
+        if options.tile not in range(8, 1025, 8) or options.packets not in (None, *PACKET_COUNTS):
             raise GlimtError(f"tile is {options.tile} and packets {options.packets}; expected a multiple of 8 up to "
-                             f"1024, and one of {', '.join(map(str, counts))} or None for all")
+                             f"1024, and one of {', '.join(map(str, PACKET_COUNTS))} or None for all")
         self._options = options
         self.threads = threads or available_threads()
         self._pool = ThreadPoolExecutor(self.threads, "glimt")

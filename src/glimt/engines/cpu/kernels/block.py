@@ -11,9 +11,9 @@ import numpy as np
 
 from glimt.kernel import inline
 from glimt.lanes import LANES, count_trailing_zeros, from_bits, scalar_int, stack_floats, stack_ints
-from glimt.layout import BLOCK_RAYS
 
-SLOTS = BLOCK_RAYS
+SLOTS = 64
+"""Rays in a block: an int64 has a bit for each."""
 PACKETS = SLOTS // LANES
 
 _PACKET_LANES, _PACKET_START = np.int64((1 << LANES) - 1), np.int64(-LANES)

@@ -12,19 +12,23 @@ PACKET_WIDTH = 2 if LANES == 4 else 4
 PACKET_HEIGHT = LANES // PACKET_WIDTH
 """A packet is 4×4, 4×2 or 2×2 pixels."""
 BLOCK_WIDTH = BLOCK_HEIGHT = 8
-COLUMNS = BLOCK_WIDTH // PACKET_WIDTH
-"""Packets in a row of a block."""
 
+_COLUMNS = BLOCK_WIDTH // PACKET_WIDTH  # packets in a row of a block
 _COLUMN_BITS = np.int32(PACKET_WIDTH - 1)
 _ROW_SHIFT = np.int32(PACKET_WIDTH.bit_length() - 1)
 
 
 @inline
+def first_pixel(k, x, y):
+    """Return the (column, row) of the first lane of packet k of the block whose first pixel is (x, y)."""
+    return x + k % _COLUMNS * PACKET_WIDTH, y + k // _COLUMNS * PACKET_HEIGHT
+
+
+@inline
 def packet_pixels(k, x, y):
     """Return the (column, row) of each lane of packet k of the block whose first pixel is (x, y)."""
-    lanes = lane_numbers()
-    return ((lanes & _COLUMN_BITS) + np.int32(x + k % COLUMNS * PACKET_WIDTH),
-            (lanes >> _ROW_SHIFT) + np.int32(y + k // COLUMNS * PACKET_HEIGHT))
+    lanes, (left, top) = lane_numbers(), first_pixel(k, x, y)
+    return (lanes & _COLUMN_BITS) + np.int32(left), (lanes >> _ROW_SHIFT) + np.int32(top)
 
 
 @inline

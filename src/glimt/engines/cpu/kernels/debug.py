@@ -8,18 +8,11 @@ import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import arrays
 from glimt.engines.cpu.kernels.block import HIT, PACKETS, POINT, SLOTS, first_slot, new_block
-from glimt.engines.cpu.kernels.create_rays import (
-    BLOCK_HEIGHT,
-    BLOCK_WIDTH,
-    COLUMNS,
-    PACKET_HEIGHT,
-    PACKET_WIDTH,
-    create_rays,
-)
+from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, create_rays, first_pixel
 from glimt.engines.cpu.kernels.hit import hit_at
 from glimt.engines.cpu.kernels.occluder import forget_occluders
 from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
-from glimt.engines.cpu.kernels.resolve import begin_pixels, store_pixel
+from glimt.engines.cpu.kernels.resolve import begin_pixels, store_inside
 from glimt.engines.cpu.kernels.shade import put_shadow_rays
 from glimt.engines.cpu.kernels.tile import take_tile
 from glimt.engines.cpu.kernels.traverse import OCCLUSION, TRACE, trace
@@ -28,7 +21,6 @@ from glimt.lanes import (
     LANES,
     as_float,
     atomic_load,
-    extract,
     f32,
     load,
     load3,
@@ -98,11 +90,8 @@ def store_numbers(values, block, left, top, always):
         numbers = load3(block.sums, slot, SLOTS)
         if not always:
             numbers = select3(met, numbers, 0.0)
-        for lane in range(LANES):
-            column = left + k % COLUMNS * PACKET_WIDTH + lane % PACKET_WIDTH
-            row = top + k // COLUMNS * PACKET_HEIGHT + lane // PACKET_WIDTH
-            if column < width and row < height:
-                store_pixel(words, row * width + column, numbers, lane, extract(share, lane))
+        x, y = first_pixel(k, left, top)
+        store_inside(words, x, y, width, height, numbers, share)
 
 
 @calls(RADIANCE, TRACE)

@@ -4,7 +4,7 @@ import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import count
 from glimt.engines.cpu.kernels.block import PACKETS, PATH, SLOTS, lanes_of
-from glimt.engines.cpu.kernels.create_rays import COLUMNS, PACKET_HEIGHT, PACKET_WIDTH
+from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH, first_pixel
 from glimt.kernel import inline
 from glimt.lanes import (
     LANES,
@@ -80,18 +80,24 @@ def resolve(film, totals, samples, left, top):
     height, width = film.shape[0], film.shape[1]
     words, count_ = pointer(film), f32(samples)
     for k in range(PACKETS):
-        x, y = left + k % COLUMNS * PACKET_WIDTH, top + k // COLUMNS * PACKET_HEIGHT
+        x, y = first_pixel(k, left, top)
         sums = load3(totals, np.int64(k * LANES), SLOTS)
         if x + PACKET_WIDTH <= width and y + PACKET_HEIGHT <= height:
             _store_quarter(words, x, y, width, 0, interleave4(sums.x, sums.y, sums.z, count_, 0))
             _store_quarter(words, x, y, width, 1, interleave4(sums.x, sums.y, sums.z, count_, 1))
             _store_quarter(words, x, y, width, 2, interleave4(sums.x, sums.y, sums.z, count_, 2))
             _store_quarter(words, x, y, width, 3, interleave4(sums.x, sums.y, sums.z, count_, 3))
-            continue
-        for lane in range(LANES):
-            column, row = x + lane % PACKET_WIDTH, y + lane // PACKET_WIDTH
-            if column < width and row < height:
-                store_pixel(words, row * width + column, sums, lane, samples)
+        else:
+            store_inside(words, x, y, width, height, sums, count_)
+
+
+@inline
+def store_inside(words, x, y, width, height, sums, samples):
+    """Write those pixels of a packet, whose first one is (x, y), that are in the picture."""
+    for lane in range(LANES):
+        column, row = x + lane % PACKET_WIDTH, y + lane // PACKET_WIDTH
+        if column < width and row < height:
+            store_pixel(words, row * width + column, sums, lane, extract(samples, lane))
 
 
 @inline
