@@ -31,9 +31,10 @@ def dtype(struct: Any) -> np.dtype[Any]:
     return _DTYPES[type(struct).__name__]
 
 
-NODE = _struct("Node", lo_x="8f", lo_y="8f", lo_z="8f", hi_x="8f", hi_y="8f", hi_z="8f", child="8i", unused="8i")
+NODE = _struct("Node", lo_x="8f", lo_y="8f", lo_z="8f", hi_x="8f", hi_y="8f", hi_z="8f", child="8i", order="8i")
 """Eight children of a tree: box by box side, then what each is. A child >= 0 is another node; below 0 it is a leaf,
-``~(block * LEAF_STEP + count)``. An unused child has an empty box."""
+``~(block * LEAF_STEP + count)``. An unused child has an empty box. `order` has the children's numbers for each octant,
+bit a of which is set for rays that go down axis a: the farthest child first, in the lowest of four bits each."""
 
 BOTH_X, BOTH_Y, BOTH_Z = (np.int64(lo + hi) for lo, hi in ((NODE.lo_x, NODE.hi_x), (NODE.lo_y, NODE.hi_y),
                                                            (NODE.lo_z, NODE.hi_z)))

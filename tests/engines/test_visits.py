@@ -73,9 +73,9 @@ class Walk:
     def __init__(self, packed, origin, direction):
         self.packed, self.t = packed, np.inf
         self.nodes = self.blocks = self.instances = 0
-        self._descend(packed.tlas_nodes, 0, origin, direction, self._instance)
+        self._descend(packed.tlas_nodes, 0, origin, direction, self._instance, by_octant=False)
 
-    def _descend(self, words, root, origin, direction, leaf):
+    def _descend(self, words, root, origin, direction, leaf, by_octant=True):
         records, stack, inverse = words.view(dtype(NODE)), [(0.0, root)], 1 / direction
         while stack:
             entry, code = stack.pop()
@@ -90,8 +90,11 @@ class Walk:
             forward = direction[:, None] >= 0  # an unused child has a box from inf to -inf
             enter = np.maximum(((np.where(forward, lo, hi) - origin[:, None]) * inverse[:, None]).max(0), 0)
             leave = np.minimum(((np.where(forward, hi, lo) - origin[:, None]) * inverse[:, None]).min(0), self.t)
-            met = sorted(((float(enter[k]), k) for k in range(8) if enter[k] <= leave[k]), reverse=True)
-            stack += [(distance, int(node["child"][k])) for distance, k in met]
+            octant = (direction < 0) @ (1, 2, 4)
+            order = [int(node["order"][octant]) >> 4 * place & 7 for place in range(8)]
+            if not by_octant:
+                order = sorted(range(8), key=lambda k: (-enter[k], -k))
+            stack += [(float(enter[k]), int(node["child"][k])) for k in order if enter[k] <= leave[k]]
 
     def _instance(self, code, origin, direction):
         block = self.packed.tlas_blocks.view(dtype(INSTANCE_BLOCK))[code // LEAF_STEP]

@@ -5,7 +5,21 @@ import itertools
 import numpy as np
 from lane_helpers import F, compile_test
 
-from glimt.lanes import LANES, load8_int, load_int, numbers8, numbers_in_fours, prefetch, shuffle, sort8, store, store8
+from glimt.lanes import (
+    LANES,
+    compress8,
+    load8_int,
+    load_int,
+    numbers8,
+    numbers_in_fours,
+    pack8,
+    prefetch,
+    shuffle,
+    sort8,
+    store,
+    store8,
+    unpack8,
+)
 
 
 @compile_test
@@ -41,6 +55,38 @@ def test_eight_lanes_are_permuted():
     _permute(values.reshape(-1), index.reshape(-1), out)
     np.testing.assert_array_equal(out[:-8].reshape(-1, 8), np.take_along_axis(values, index & 7, 1))
     np.testing.assert_array_equal(out[-8:], values[0, [0, 7, 6, 5, 4, 3, 2, 1]])
+
+
+@compile_test
+def _pack(values, words, out):
+    for i in range(len(words)):
+        words[i] = pack8(load8_int(values, 8 * i))
+        store8(out, 8 * i, unpack8(words[i]))
+
+
+def test_eight_numbers_are_packed():
+    values = np.random.default_rng(4).integers(-2**31, 2**31, (500, 8)).astype(np.int32)
+    words, out = np.empty(500, np.int32), np.empty((500, 8), np.int32)
+    _pack(values.reshape(-1), words, out.reshape(-1))
+    np.testing.assert_array_equal(words.view(np.uint32), ((values & 7).astype(np.uint32) << 4 * np.arange(8)).sum(1))
+    np.testing.assert_array_equal(out, values & 7)
+
+
+@compile_test
+def _compress(values, out):
+    for i in range(0, len(values), 8):
+        value = load8_int(values, i)
+        store8(out, i, compress8(value, value >= 0))
+
+
+def test_chosen_lanes_are_put_side_by_side():
+    chosen = np.array(list(itertools.product((False, True), repeat=8)))
+    values = np.random.default_rng(5).integers(1, 2**31, chosen.shape).astype(np.int32)
+    values[~chosen] *= -1
+    out = np.empty(values.shape, np.int32)
+    _compress(values.reshape(-1), out.reshape(-1))
+    for row, result in zip(values, out, strict=True):
+        np.testing.assert_array_equal(result[:(row > 0).sum()], row[row > 0])
 
 
 @compile_test

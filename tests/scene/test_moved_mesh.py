@@ -113,7 +113,7 @@ def test_the_tree_keeps_its_shape_and_fits_the_moved_triangles():
     picture(moved)
     before, after = mesh_tree(mesh), mesh_tree(moved)
     np.testing.assert_array_equal(after.leaf_prims, before.leaf_prims)
-    codes = [tree.nodes.view(np.int32).reshape(-1, NODE.words)[:, NODE.child:NODE.unused] for tree in (before, after)]
+    codes = [tree.nodes.view(np.int32).reshape(-1, NODE.words)[:, NODE.child:NODE.order] for tree in (before, after)]
     np.testing.assert_array_equal(*codes)
     root = after.nodes[:NODE.words]
     lo, hi = root[NODE.lo_x:NODE.hi_x].reshape(3, 8), root[NODE.hi_x:NODE.child].reshape(3, 8)

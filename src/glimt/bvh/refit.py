@@ -32,6 +32,8 @@ def refit(tree: WideTree, lo: NDArray[np.float32], hi: NDArray[np.float32]) -> W
     if not lo.shape == hi.shape == (count, 3):
         raise GlimtError(f"the tree has {count} primitives, the new boxes are arrays of {lo.shape} and {hi.shape}, "
                          f"expected ({count}, 3); build a new tree when primitives come or go")
+    if count == 0:
+        return tree
     nodes = aligned(len(tree.nodes))
     refit_nodes(np.ascontiguousarray(lo, np.float32), np.ascontiguousarray(hi, np.float32), tree.nodes,
                 tree.leaf_prims, nodes)

@@ -73,7 +73,7 @@ from glimt.lanes.ops import (
     to_int,
     upper_half,
 )
-from glimt.lanes.sort import numbers8, numbers_in_fours, shuffle, sort8
+from glimt.lanes.sort import compress8, numbers8, numbers_in_fours, pack8, shuffle, sort8, unpack8
 from glimt.lanes.types import LANES, f32, f32x8, i32, mask
 from glimt.lanes.vector import (
     Vector3,
@@ -90,13 +90,14 @@ from glimt.lanes.vector import (
 )
 
 __all__ = [
-    "LANES", "Vector3", "absolute", "all_lanes", "any_lane", "arccos", "arctan2", "as_float", "as_int", "atomic_add",
-    "atomic_load", "bits", "compress_store", "compress_store3", "count_trailing_zeros", "cross", "difference", "dot",
-    "exp2", "extract", "f32", "f32x8", "floor", "fma", "from_bits", "gather", "gather_int", "gather_pairs", "highest",
-    "i32", "interleave4", "join", "lane_numbers", "least_number", "load", "load3", "load4", "load4_repeated", "load8",
-    "load8_int", "load_int", "log2", "lower_half", "lowest", "mask", "maximum", "minimum", "normalize", "numbers8",
-    "numbers_in_fours", "pick", "pick_int", "pointer", "population_count", "power", "prefetch", "product", "reciprocal",
-    "reciprocal_sqrt", "scalar", "scalar3", "scalar_int", "select", "select3", "shuffle", "sort8", "splat3", "sqrt",
-    "stack_floats", "stack_ints", "stack_longs", "store", "store3", "store8", "store_scalar", "store_scalar_int",
-    "ticks", "to_float", "to_int", "upper_half", "vector3",
+    "LANES", "Vector3", "absolute", "all_lanes", "any_lane", "arccos", "arctan2", "as_float", "as_int",
+    "atomic_add", "atomic_load", "bits", "compress8", "compress_store", "compress_store3", "count_trailing_zeros",
+    "cross", "difference", "dot", "exp2", "extract", "f32", "f32x8", "floor", "fma", "from_bits", "gather",
+    "gather_int", "gather_pairs", "highest", "i32", "interleave4", "join", "lane_numbers", "least_number", "load",
+    "load3", "load4", "load4_repeated", "load8", "load8_int", "load_int", "log2", "lower_half", "lowest", "mask",
+    "maximum", "minimum", "normalize", "numbers8", "numbers_in_fours", "pack8", "pick", "pick_int", "pointer",
+    "population_count", "power", "prefetch", "product", "reciprocal", "reciprocal_sqrt", "scalar", "scalar3",
+    "scalar_int", "select", "select3", "shuffle", "sort8", "splat3", "sqrt", "stack_floats", "stack_ints",
+    "stack_longs", "store", "store3", "store8", "store_scalar", "store_scalar_int", "ticks", "to_float", "to_int",
+    "unpack8", "upper_half", "vector3",
 ]

@@ -1,11 +1,11 @@
-"""Lanes in another order; eight values sorted, whatever the lane width: for the children of a BVH8 node."""
+"""Lanes in another order; of the eight children of a BVH8 node also sorted, packed and chosen, at any lane width."""
 
 from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
 from glimt.lanes.ops import call
-from glimt.lanes.types import INT1, INT32, lanes_type
+from glimt.lanes.types import INT1, INT32, broadcast, lanes_type
 
 _I32X8 = lanes_type("i32", 8)
 _NETWORK = (((0, 1), (2, 3), (4, 5), (6, 7)), ((0, 2), (1, 3), (4, 6), (5, 7)), ((1, 2), (5, 6)),
@@ -39,6 +39,40 @@ def sort8(typing_context, x):
         return values
 
     return _I32X8(x), emit
+
+
+_NIBBLES = [4 * k for k in range(8)]
+
+
+@intrinsic
+def pack8(typing_context, x):
+    """Return the lowest three bits of eight integers in an int32, four bits apart, the first ones lowest."""
+    def emit(context, builder, sig, args):
+        apart = builder.shl(builder.and_(args[0], _order([7] * 8)), _order(_NIBBLES))
+        return call(builder, "llvm.vector.reduce.or.v8i32", INT32, [apart])
+
+    return types.int32(x), emit
+
+
+@intrinsic
+def unpack8(typing_context, word):
+    """Return the eight numbers that `pack8` has put in an int32."""
+    def emit(context, builder, sig, args):
+        word = context.cast(builder, args[0], sig.args[0], types.int32)
+        repeated = broadcast(context, builder, word, types.int32, _I32X8)
+        return builder.and_(builder.lshr(repeated, _order(_NIBBLES)), _order([7] * 8))
+
+    return _I32X8(word), emit
+
+
+@intrinsic
+def compress8(typing_context, x, condition):
+    """Return those of eight integers for which a condition holds, side by side; anything after them."""
+    def emit(context, builder, sig, args):
+        rest = ir.Constant(x.register, ir.Undefined)
+        return call(builder, "llvm.experimental.vector.compress.v8i32", x.register, [*args, rest])
+
+    return x(x, condition), emit
 
 
 @intrinsic

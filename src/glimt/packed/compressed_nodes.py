@@ -124,7 +124,7 @@ def compress_tree(nodes: Words, roots: NDArray[np.int32]) -> CompressedTree:
     order = np.empty((len(words), _WIDTH), np.uint8)
     for first in range(0, len(words), _CHUNK):
         order[first:first + _CHUNK] = _slot_order(words[first:first + _CHUNK])
-    codes = np.take_along_axis(words[:, NODE.child:NODE.unused].view(np.int32), order, 1)
+    codes = np.take_along_axis(words[:, NODE.child:NODE.order].view(np.int32), order, 1)
     levels = [np.asarray(roots, np.int64)]
     while len(levels[-1]):
         below = codes[levels[-1]]
@@ -141,7 +141,7 @@ def compress_tree(nodes: Words, roots: NDArray[np.int32]) -> CompressedTree:
 
 def _boxes(words: Words) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
     """Return (lo, hi, used) of children, (n, 3, 8) twice and (n, 1, 8); boxes of those that are not used are (0, 0)."""
-    codes = words[:, None, NODE.child:NODE.unused].view(np.int32)
+    codes = words[:, None, NODE.child:NODE.order].view(np.int32)
     used = (codes >= 0) | (~codes % LEAF_STEP > 0)
     sides = words[:, :NODE.child].reshape(-1, 2, 3, _WIDTH)
     lo, hi = (np.where(used, sides[:, k], 0).astype(np.float64) for k in range(2))

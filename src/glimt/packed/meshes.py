@@ -116,7 +116,7 @@ def note_clearances(mesh: Mesh, words: NDArray[Any]) -> None:
 
 def shift_codes(nodes: Words, nodes_before: int, blocks_before: int) -> None:
     """Make a tree's child codes count from that many nodes and blocks further ahead."""
-    codes = nodes.view(np.int32).reshape(-1, NODE.words)[:, NODE.child:NODE.unused]
+    codes = nodes.view(np.int32).reshape(-1, NODE.words)[:, NODE.child:NODE.order]
     codes += np.where(codes >= 0, np.int32(nodes_before), np.int32(-blocks_before * LEAF_STEP))
 
 

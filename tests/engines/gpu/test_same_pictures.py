@@ -70,7 +70,7 @@ def test_debug_views(path):
         wanted = np.stack([wanted[..., 0] - wanted[..., 2], wanted[..., 1], np.ones_like(wanted[..., 2])], 2)
     np.testing.assert_array_equal(nodes[..., 3], ids[..., 3])
     shares = nodes[..., :3].sum((0, 1)) / wanted[..., :3].sum((0, 1)).clip(1)
-    assert ((shares > 0.8) & (shares < 1.2)).all(), shares
+    assert ((shares > 0.8) & (shares < (1.2, 1.4, 1.2))).all(), shares  # children come in a coarser order there
 
 
 def _rays(scene, random, count):

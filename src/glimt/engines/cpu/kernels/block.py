@@ -37,8 +37,9 @@ HIT = _planes("HitPlanes", t=1, u=1, v=1, prim=1, inst=1, clear=1, source=1, beg
 """See `hit.Hit`. `clear`: a t before which a ray meets nothing of the instance `source`, which it leaves (MISS: none);
 `begin`: where it begins in the tree of the instance at hand."""
 
-SINGLE = _planes("SinglePlanes", near=3, axis=3)
-"""What a ray needs to go by itself: word offsets of the planes it meets first, and of the axes in its own order."""
+SINGLE = _planes("SinglePlanes", near=3, order=1, axis=3)
+"""What a ray needs to go by itself: word offsets of the planes it meets first, of the children's order, and of
+the axes in its own order."""
 
 PATH = _planes("PathPlanes", pixel=1, throughput=1, travelled=1, clear=1, source=1)
 """Where rays come from: their pixel's number in the block, the share of their light that arrives there, and the length

@@ -19,15 +19,19 @@ from glimt.lanes import (
     minimum,
     scalar,
     scalar_int,
+    shuffle,
     stack_floats,
     stack_ints,
     stack_longs,
     store8,
+    unpack8,
 )
 from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, NODE, STACK_SIZE
 
 IN_SCENE, IN_MESH = np.bool_(False), np.bool_(True)
 """Which tree `push_children` is in: in the scene's, all rays begin at 0."""
+_AS_THEY_ARE = np.int64(0x76543210)
+"""A node's children in the order of their numbers (see `layout.NODE`)."""
 
 
 @inline
@@ -92,26 +96,39 @@ def _write(stack, place, code, distance, lanes):
 
 
 @inline
+def _insert(stack, bottom, size, code, distance, lanes):
+    """Put an entry on the stack so that those from `bottom` on are sorted, the nearest on top."""
+    while size > bottom and stack.distances[size - 1] < distance:
+        _write(stack, size, stack.codes[size - 1], stack.distances[size - 1], stack.lanes[size - 1])
+        size -= 1
+    _write(stack, size, code, distance, lanes)
+
+
+@inline
 def push_children(scene, nodes, code, bundle, lanes, span, begin, limit, stack, bottom, in_mesh):
     """Put the children of a node that some ray meets on the stack, the nearest on top; return its size.
 
-    Eight children against the interval, then the survivors against each ray.
+    Eight children against the interval, then the survivors against each ray. They come in the order of the octant, but
+    in the scene's tree, where boxes are of all sizes and lie within each other, by distance.
     """
-    base, size, entries = np.int64(code) * NODE.words, bottom, stack_floats(8)
+    base, size, entries, order = np.int64(code) * NODE.words, bottom, stack_floats(8), _AS_THEY_ARE
     entry, leave = _children(nodes, base, span, begin, limit)
+    if in_mesh:
+        order = np.int64(scalar_int(nodes, base + span.order))
+        entry, leave = shuffle(entry, unpack8(order)), shuffle(leave, unpack8(order))
     candidates = bits(entry <= leave)
     store8(entries, 0, entry)
     while candidates:
-        k = np.int64(count_trailing_zeros(candidates))
+        place = np.int64(count_trailing_zeros(candidates))
         candidates &= candidates - 1
+        k = order >> 4 * place & 7
         met = _overlapping(nodes, base + k, bundle, lanes, span, in_mesh)
         if met:
-            child, distance, place = scalar_int(nodes, base + NODE.child + k), scalar(entries, k), size
+            child, distance = scalar_int(nodes, base + NODE.child + k), scalar(entries, place)
             if in_mesh:
                 prefetch_subtree(scene, child)
-            while place > bottom and stack.distances[place - 1] < distance:
-                _write(stack, place, stack.codes[place - 1], stack.distances[place - 1], stack.lanes[place - 1])
-                place -= 1
-            _write(stack, place, child, distance, met)
+                _write(stack, size, child, distance, met)
+            else:
+                _insert(stack, bottom, size, child, distance, met)
             size += 1
     return size

@@ -77,13 +77,18 @@ class Slab(NamedTuple):
 
 
 class Interval(NamedTuple):
-    """What holds all rays of some packets; `mixed`: on some axis they differ in sign; `incoherent`: on every axis."""
+    """What holds all rays of some packets.
+
+    `mixed`: on some axis they differ in sign; `incoherent`: on every axis; `order`: offset of the order in which they
+    meet a node's children.
+    """
 
     slab_x: object
     slab_y: object
     slab_z: object
     mixed: object
     incoherent: object
+    order: object
 
 
 @inline
@@ -204,7 +209,8 @@ def interval(words, packets, shared_origin):
     x = _slab(low.x, high.x, x0, x1, worst, NODE.lo_x, NODE.hi_x)
     y = _slab(low.y, high.y, y0, y1, worst, NODE.lo_y, NODE.hi_y)
     z = _slab(low.z, high.z, z0, z1, worst, NODE.lo_z, NODE.hi_z)
-    return Interval(x, y, z, x.mixed or y.mixed or z.mixed, x.mixed and y.mixed and z.mixed)
+    octant = (x.near_plane == NODE.hi_x) + 2 * (y.near_plane == NODE.hi_y) + 4 * (z.near_plane == NODE.hi_z)
+    return Interval(x, y, z, x.mixed or y.mixed or z.mixed, x.mixed and y.mixed and z.mixed, NODE.order + octant)
 
 
 @inline

@@ -48,11 +48,14 @@ class Corner(NamedTuple):
 @inline
 def put_single(rays, singles, slot):
     """Write what single rays need besides the planes of their packet."""
+    order = i32(NODE.order)
     lo = (i32(NODE.lo_x), i32(NODE.lo_y), i32(NODE.lo_z))
     hi = (i32(NODE.hi_x), i32(NODE.hi_y), i32(NODE.hi_z))
     for k in range(3):
         inverse = load(rays, RAY.inverse + k * SLOTS + slot)
         store(singles, SINGLE.near + k * SLOTS + slot, select(inverse >= 0.0, lo[k], hi[k]))
+        order = order + select(inverse >= 0.0, i32(0), i32(1 << k))
+    store(singles, SINGLE.order + slot, order)
     longest = load_int(rays, RAY.longest + slot)
     x, y, z = i32(0), i32(_AXIS), i32(2 * _AXIS)
     longest_x, longest_y = longest == 0, longest == 1

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from glimt.engines.cpu.kernels.block import HIT, SINGLE_WORDS, SLOTS, first_packet, without_packet
+from glimt.engines.cpu.kernels.block import HIT, SINGLE, SINGLE_WORDS, SLOTS, first_packet, without_packet
 from glimt.engines.cpu.kernels.ray import children, leaf, put_single
 from glimt.kernel import inline, routine
 from glimt.lanes import (
@@ -16,6 +16,7 @@ from glimt.lanes import (
     as_float,
     as_int,
     bits,
+    compress8,
     count_trailing_zeros,
     lane_numbers,
     load8_int,
@@ -26,12 +27,12 @@ from glimt.lanes import (
     scalar_int,
     select,
     shuffle,
-    sort8,
     stack_floats,
     stack_ints,
     store,
     store8,
     store_scalar,
+    unpack8,
 )
 from glimt.layout import BOX_SLACK, LEAF_STEP, NODE, STACK_SIZE, TRIANGLE_BLOCK
 
@@ -102,13 +103,15 @@ def prefetch_subtree(scene, code):
 def push(nodes, code, rays, singles, hits, pending, top, slot):
     """Put the children of a node that a ray meets on its stack, the nearest on top; return the new top.
 
-    All eight are sorted, by distance with the child's number in the lowest bits, and stored, whether the ray meets them
-    or not: how many it meets no processor can predict.
+    Each is its distance, with the child's number in the lowest bits. All eight are put in order and stored, whether the
+    ray meets them or not: how many it meets no processor can predict.
     """
     base = np.int64(code) * NODE.words
     entry, leave = children(nodes, base, rays, singles, hits, slot)
     met = entry <= leave
-    keys = sort8(select(met, (as_int(entry) & np.int32(-8)) | numbers8(), np.int32(-1)))
+    order = unpack8(scalar_int(nodes, base + np.int64(scalar_int(singles, SINGLE.order + slot))))
+    keys = shuffle(select(met, (as_int(entry) & np.int32(-8)) | numbers8(), np.int32(-1)), order)
+    keys = compress8(keys, keys >= 0)
     store8(pending.stack, top, shuffle(load8_int(nodes, base + NODE.child), keys))
     store8(pending.distances, top, as_float(keys & np.int32(-8)))
     return top + population_count(bits(met))

@@ -68,6 +68,19 @@ def _walk_mesh(scene, inst, root, rays, singles, hits, stack, bottom, slot):
 
 
 @inline
+def _sort(stack, bottom, top):
+    """Sort entries by distance, the nearest on top, as packets do in the scene's tree."""
+    for end in range(bottom + 1, top):
+        code, distance, place = scalar_int(stack.stack, end), scalar(stack.distances, end), end
+        while place > bottom and scalar(stack.distances, place - 1) < distance:
+            store_scalar(stack.stack, place, scalar_int(stack.stack, place - 1))
+            store_scalar(stack.distances, place, scalar(stack.distances, place - 1))
+            place -= 1
+        store_scalar(stack.stack, place, code)
+        store_scalar(stack.distances, place, distance)
+
+
+@inline
 def _sphere(scene, inst, record, block, slot):
     """Test a sphere for one ray, with its packet."""
     first = slot & np.int64(-LANES)
@@ -96,7 +109,9 @@ def _walk_scene(scene, block, singles, local_singles, stack, slot):
     while more:
         if code >= 0:
             nodes += 1
-            top = push(scene.tlas_nodes, code, block.rays, singles, block.hits, stack, top, slot)
+            bottom = top
+            top = push(scene.tlas_nodes, code, block.rays, singles, block.hits, stack, bottom, slot)
+            _sort(stack, bottom, top)
         else:
             base = np.int64(~code // LEAF_STEP) * INSTANCE_BLOCK.words
             for j in range(~code % LEAF_STEP):
