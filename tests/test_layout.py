@@ -10,7 +10,7 @@ STRUCTS = {name: struct for name, struct in vars(layout).items() if hasattr(stru
 
 def test_all_structs_are_known():
     assert set(STRUCTS) == {"NODE", "COMPRESSED_NODE", "TRIANGLE_BLOCK", "INSTANCE_BLOCK", "VERTEX", "TANGENT", "SPAN",
-                            "TRIANGLE", "CLEARANCE", "INSTANCE", "PLACEMENT", "MATERIAL", "TEXTURE", "LEVEL", "LIGHT",
+                            "TRIANGLE", "FACE", "INSTANCE", "PLACEMENT", "MATERIAL", "TEXTURE", "LEVEL", "LIGHT",
                             "VIEW", "FRAME", "PATH", "COUNTER"}
 
 
@@ -30,7 +30,7 @@ def test_offsets_are_those_of_the_dtype_without_gaps(name):
 
 @pytest.mark.parametrize(("name", "words"), [
     ("NODE", 64), ("COMPRESSED_NODE", 20), ("TRIANGLE_BLOCK", 40), ("INSTANCE_BLOCK", 4), ("VERTEX", 8), ("TANGENT", 4),
-    ("TRIANGLE", 4), ("CLEARANCE", 1), ("INSTANCE", 38), ("PLACEMENT", 16), ("MATERIAL", 16), ("TEXTURE", 8),
+    ("TRIANGLE", 4), ("FACE", 2), ("INSTANCE", 38), ("PLACEMENT", 16), ("MATERIAL", 16), ("TEXTURE", 8),
     ("LEVEL", 4), ("LIGHT", 20), ("VIEW", 21),
 ])
 def test_words(name, words):

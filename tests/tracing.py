@@ -30,6 +30,7 @@ def closest(packed, origins, directions, active=None):
     floats, ids = np.zeros((3, rays.shape[1]), np.float32), np.full((2, rays.shape[1]), MISS, np.int32)
     _over_threads(lambda chunk: find_hits(packed, rays, NO_SOURCES, np.ndim(origins) == 1, floats, ids, chunk))
     hits = np.recarray(count, HIT)
+    ids[0] = packed.numbers_in_mesh(*ids)
     for name, values in zip(HIT.names, [*floats, *ids], strict=True):
         hits[name] = values[:count]
     return hits

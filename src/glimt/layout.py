@@ -62,7 +62,7 @@ INNER_META, LEAF_META = np.int32(0x40), np.int32(0x80)
 
 TRIANGLE_BLOCK = _struct("TriangleBlock", x0="4f", y0="4f", z0="4f", x1="4f", y1="4f", z1="4f", x2="4f", y2="4f",
                          z2="4f", prim="4i")
-"""A leaf of a mesh's tree: corners of up to four triangles in object space."""
+"""A leaf of a mesh's tree: corners of up to four triangles in object space, and their TRIANGLE records."""
 
 INSTANCE_BLOCK = _struct("InstanceBlock", instance="4i")
 """A leaf of the scene's tree."""
@@ -72,10 +72,15 @@ TANGENT = _struct("Tangent", tangent="3f", sign="f")
 TRIANGLE = _struct("Triangle", vertex="3i", material="i")
 """Global indices of the corners and of the material."""
 
-CLEARANCE = _struct("Clearance", distances="i")
-"""How far from a triangle nothing of its mesh is higher above it than each of CLEAR_SINES: a byte b for each, the
-lowest elevation in the lowest, for ``2**(b // 8) * (1 + b % 8 / 8) - 1`` units;
-255 for any distance, 0 for not known."""
+FACE = _struct("Face", number="i", clearance="i")
+"""What else belongs to a TRIANGLE. Both are in the order of the tree's leaves, and vertices in that of the triangles:
+what is seen side by side lies close together in memory.
+
+`number`: which triangle of its mesh it is.
+
+`clearance`: how far from the triangle nothing of its mesh is higher above it than each of CLEAR_SINES: a byte b for
+each, the lowest elevation in the lowest, for ``2**(b // 8) * (1 + b % 8 / 8) - 1`` units; 255 for any distance, 0 for
+not known."""
 
 CLEAR_SINES = tuple(np.float32(sine) for sine in (0.15, 0.35, 0.55, 0.8))
 CLEAR_SHIFT, CLEAR_BIAS = np.int32(20), np.int32(127 << 23)
@@ -87,7 +92,7 @@ INSTANCE = _struct("Instance", kind="i", root="i", first_triangle="i", material=
 """A placed mesh or a sphere. `root` is a child code, `material` -1 leaves the choice to the triangle,
 `tangent_shift` turns a vertex index into a tangent index (NO_TANGENTS: there are none), `flat` is 1 for a mesh
 without normals, `untextured` for one without texcoords, `identity` is 1 when both matrices change nothing, `extent` is
-the size of the world box, `clear_unit` the length of a unit of CLEARANCE, below 0 where that is of the clockwise side
+the size of the world box, `clear_unit` the length of a unit of clearances, below 0 where that is of the clockwise side
 and 0 where it says nothing; `center` and `radius` are a sphere's."""
 
 PLACEMENT = _struct("Placement", world_to_object="12f", inst="i", root="i", kind="i", unused="i")

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import glimt
 from closed_meshes import UNEVEN, icosphere, torus
 from glimt import linalg
-from glimt.layout import CLEAR_SINES, INSTANCE, OFFSET_ERROR, dtype
+from glimt.layout import CLEAR_SINES, FACE, INSTANCE, OFFSET_ERROR, dtype
 from glimt.packed import Packer, clearance
 from glimt.renderer import Renderer
 from glimt.scene.scene import Scene
@@ -31,10 +31,19 @@ def packed_with(*objects):
     return packed
 
 
+def clearances(packed):
+    """Return the (n,) int32 clearances of a packed scene's triangles, mesh by mesh in their own order, a copy."""
+    faces = packed.faces.view(dtype(FACE))
+    starts = np.union1d(0, packed.instances.view(dtype(INSTANCE))["first_triangle"])
+    place = np.repeat(starts, np.diff([*starts, len(faces)])) + faces["number"]
+    return faces["clearance"][np.argsort(place)]
+
+
 def distances_of(packed, inst=0, count=None):
     """Return (n, 4) clearances of an instance's triangles in world units, inf for endless."""
     record = packed.instances.view(dtype(INSTANCE))[inst]
-    codes = packed.clearances.view(np.uint8).reshape(-1, 4)[record["first_triangle"]:].astype(int)[:count]
+    words = clearances(packed)[record["first_triangle"]:][:count]
+    codes = words.view(np.uint8).reshape(-1, 4).astype(int)
     unit = abs(float(record["clear_unit"]))
     return np.where(codes == 255, np.inf, (2.0**(codes // 8) * (1 + codes % 8 / 8) - 1) * unit)
 
@@ -251,14 +260,14 @@ def test_pictures_are_the_same_to_the_bit(make, matrix):
     renderer = Renderer(pictured(glimt.Instance(mesh, matrix, material=shiny),
                                  glimt.Instance(turned, beside, material=shiny)), engine="cpu")
     before = renderer.render().sums.copy()
-    assert not renderer._packed.clearances.view(np.int32).any()
+    assert not clearances(renderer._packed).any()
     renderer.settle()
-    assert renderer._packed.clearances.view(np.int32).any()
+    assert clearances(renderer._packed).any()
     np.testing.assert_array_equal(renderer.render().sums, before)
     fewer = renderer.scene.camera_or_framing()
     renderer.scene.camera = replace(fewer, position=tuple(np.mean([fewer.position, fewer.target], 0)))  # from within
     inside = renderer.render().sums.copy()
-    renderer._packed.clearances[:] = 0
+    renderer._packed.faces.view(dtype(FACE))["clearance"] = 0
     np.testing.assert_array_equal(renderer.render().sums, inside)
 
 
@@ -271,16 +280,16 @@ def test_finding_begins_with_the_second_picture_and_ends():
     thread = renderer._packer.clearances()._thread
     assert thread is not None
     thread.join(20)
-    assert renderer._packed.clearances.view(np.int32).any()
+    assert clearances(renderer._packed).any()
     renderer.render()
     assert renderer._packer.clearances()._thread is thread
 
 
 def test_what_is_found_is_kept_with_the_mesh():
     mesh = torus(40, 20)
-    words = packed_with(mesh).clearances.copy()
+    words = clearances(packed_with(mesh))
     renderer = Renderer(pictured(mesh, icosphere(4)), engine="cpu")
-    np.testing.assert_array_equal(renderer._packed.clearances[:len(words)], words)
+    np.testing.assert_array_equal(clearances(renderer._packed)[:len(words)], words)
     finder = renderer._packer.clearances()
     assert [len(each.mesh.triangles) for each in finder._meshes] == [20 * 4**4]
     renderer.settle()
@@ -289,7 +298,7 @@ def test_what_is_found_is_kept_with_the_mesh():
     renderer.scene.add(torus(20, 40))
     renderer.update()
     assert renderer._packer.clearances() is not finder
-    assert renderer._packed.clearances[len(words):].view(np.int32).any()
+    assert clearances(renderer._packed)[len(words):].any()
     assert len(renderer._packer.clearances()._meshes) == 1
 
 
@@ -301,8 +310,8 @@ def test_scenes_that_share_a_mesh_know_it_each():
     for packer in (second, first):
         packer.clearances().finish()
     count = len(mesh.triangles)
-    np.testing.assert_array_equal(shared.clearances[:count].view(np.int32), alone.clearances.view(np.int32))
-    assert alone.clearances.view(np.int32).any()
+    np.testing.assert_array_equal(clearances(shared)[:count], clearances(alone))
+    assert clearances(alone).any()
 
 
 def test_no_finder_outlives_its_meshes():
@@ -320,7 +329,7 @@ def test_moved_vertices_are_unknown_again():
     moved = mesh.with_positions(mesh.positions * np.float32([1, 0.2, 1]))
     packer = Packer()
     packed = packer.pack(Scene().add(moved))
-    assert not packed.clearances.view(np.int32).any()
+    assert not clearances(packed).any()
     packer.clearances().finish()
     assert_nothing_is_nearer(moved, packed, np.random.default_rng(5))
 
@@ -345,4 +354,4 @@ def test_without_a_cache_pictures_stay_as_they_are(monkeypatch):
     packer = Packer()
     packed = packer.pack(Scene().add(torus(40, 20)))
     packer.clearances().finish()
-    assert not packed.clearances.view(np.int32).any()
+    assert not clearances(packed).any()

@@ -21,14 +21,15 @@ from glimt import (
     linalg,
 )
 from glimt.layout import (
-    CLEARANCE,
     DIRECTIONAL_LIGHT,
+    FACE,
     INSTANCE,
     INSTANCE_BLOCK,
     LEVEL,
     LIGHT,
     MATERIAL,
     MESH_KIND,
+    MISS,
     NO_TANGENTS,
     NODE,
     POINT_LIGHT,
@@ -46,7 +47,7 @@ from glimt.layout import (
 from glimt.packed import PackedScene, Packer, pack, pack_lights, pack_view
 
 RECORDS = {"tlas_nodes": NODE, "tlas_blocks": INSTANCE_BLOCK, "blas_nodes": NODE, "blas_blocks": TRIANGLE_BLOCK,
-           "instances": INSTANCE, "triangles": TRIANGLE, "clearances": CLEARANCE, "vertices": VERTEX,
+           "instances": INSTANCE, "triangles": TRIANGLE, "faces": FACE, "vertices": VERTEX,
            "tangents": TANGENT, "materials": MATERIAL, "textures": TEXTURE, "levels": LEVEL, "lights": LIGHT,
            "spans": SPAN}
 IMAGE = np.random.default_rng(0).integers(0, 256, (4, 4, 3)).astype(np.uint8)
@@ -232,6 +233,52 @@ def test_textures_without_texcoords_are_warned_about_once_a_mesh():
     with pytest.warns(GlimtWarning, match="no texcoords"):
         pack(Scene().add(Instance(square(texcoords=False), material=textured)))
     pack(Scene().add(Instance(mesh, material=Material())))  # where no texture is shown, none is missed
+
+
+def shuffled(mesh, random):
+    """Return a mesh with its triangles and vertices in any order, vertices that none uses, and three materials."""
+    order, spare = random.permutation(len(mesh.positions) + 50), random.normal(size=(50, 3))
+    place = np.argsort(order)
+    return Mesh(np.concatenate([mesh.positions, spare])[order], place[random.permutation(mesh.triangles)],
+                texcoords=random.random((len(order), 2)), materials=[Material() for _ in range(3)],
+                material_ids=random.integers(3, size=len(mesh.triangles)))
+
+
+@pytest.mark.parametrize("mapped", [False, True])
+def test_triangles_and_vertices_are_in_the_order_of_the_leaves(mapped):
+    random = np.random.default_rng(11)
+    meshes = [shuffled(closed_meshes.icosphere(levels), random) for levels in (1, 3)]
+    scene = Scene().add(*meshes)
+    if mapped:  # with tangents, a flat mesh has vertices of its own for each triangle
+        texture = Texture(np.full((2, 2, 3), 128, np.uint8), encoding="linear")
+        for mesh in meshes:
+            mesh.materials[0].normal_texture = texture
+    packed = pack(scene)
+    triangles, vertices, blocks = (table(packed, name) for name in ("triangles", "vertices", "blas_blocks"))
+    assert len(vertices) == sum(3 * len(mesh.triangles) if mapped else len(mesh.positions) - 50 for mesh in meshes)
+    prims = blocks["prim"][blocks["prim"] >= 0]
+    np.testing.assert_array_equal(prims, np.concatenate([np.arange(len(mesh.triangles)) for mesh in meshes]))
+    corners = triangles["vertex"].ravel()
+    assert corners[0] == 0
+    assert (corners[1:] <= np.maximum.accumulate(corners)[:-1] + 1).all()
+    for k, record in enumerate(table(packed, "instances")):
+        mesh, first = meshes[k], record["first_triangle"]
+        here = slice(first, first + len(mesh.triangles))
+        numbers = table(packed, "faces")["number"][here]
+        np.testing.assert_array_equal(np.sort(numbers), np.arange(len(numbers)))
+        own = mesh.triangles[numbers]
+        np.testing.assert_array_equal(vertices["position"][triangles["vertex"][here]], mesh.positions[own])
+        np.testing.assert_array_equal(vertices["texcoord"][triangles["vertex"][here]], mesh.texcoords[own])
+        np.testing.assert_array_equal(triangles["material"][here], 3 * k + mesh.material_ids[numbers])
+        asked = np.arange(len(numbers), dtype=np.int32)
+        np.testing.assert_array_equal(packed.numbers_in_mesh(asked, np.full_like(asked, k)), numbers)
+
+
+def test_numbers_of_spheres_and_of_nothing_stay():
+    packed = pack(Scene().add(Sphere((0, 0, 0), 1), square()))
+    inst, prim = np.array([[MISS, 0, MISS], [MISS, 0, 7]], np.int32)
+    np.testing.assert_array_equal(packed.numbers_in_mesh(prim, inst), [MISS, 0, 7])
+    np.testing.assert_array_equal(pack(Scene()).numbers_in_mesh(prim[:1], inst[:1]), [MISS])
 
 
 def test_meshes_without_triangles_are_left_out():

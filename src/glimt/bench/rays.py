@@ -15,7 +15,7 @@ from glimt.bench.measure import Tell, interleave, machine, median, over_threads
 from glimt.bench.results import AT_ONCE
 from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.engines.cpu.kernels.query import NO_SOURCES, find_blocked, find_hits
-from glimt.layout import INSTANCE, dtype
+from glimt.layout import FACE, INSTANCE, dtype
 from glimt.packed import PackedScene, Packer
 from glimt.scene.camera import Camera
 from glimt.scene.mesh import Mesh
@@ -86,8 +86,9 @@ def _sources(packed: PackedScene, prims: NDArray[np.int32], turned: NDArray[Any]
     lengths = np.linalg.norm(directions, axis=1)
     count = len(prims) // _GRANULE * _GRANULE
     sources = np.zeros((5, count), np.float32)
-    sources[0] = np.where(turned * unit > 0, packed.clearances.view(np.int32)[prims], 0).astype(
-        np.int32).view(np.float32)[:count]
+    faces = packed.faces.view(dtype(FACE))
+    clearances = faces["clearance"][np.argsort(faces["number"])]
+    sources[0] = np.where(turned * unit > 0, clearances[prims], 0).astype(np.int32).view(np.float32)[:count]
     sources[1] = (abs(unit) / lengths)[:count]
     sources[2] = ((normals * directions).sum(1) / lengths)[:count]
     sources[3] = (2 * offset / lengths)[:count]
@@ -149,7 +150,7 @@ def _measure_set(mesh: Mesh, packed: PackedScene, embree: Tracers, ray_set: RayS
     runs["glimt"] = lambda: over_threads(pool, threads, partial(ours, ray_set.sources))
     rates = {name: n / median(seconds) / 1e6 for name, seconds in interleave(runs, rounds).items()}
     runs[str(ways[-1])]()
-    wrong = (blocked > 0) != (t < 0) if ray_set.occlusion else ids[0] != prims
+    wrong = (blocked > 0) != (t < 0) if ray_set.occlusion else packed.numbers_in_mesh(*ids) != prims
     best = max((str(how) for how in ways), key=lambda name: rates[name])
     return {"mesh": mesh.name, "triangles": len(mesh.triangles), "kind": ray_set.kind, "threads": threads, "rays": n,
             "mrays": rates, "best": best, "ratio": rates["glimt"] / rates[best],

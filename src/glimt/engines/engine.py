@@ -59,7 +59,7 @@ class Engine(Protocol):
 
     @property
     def uses_clearances(self) -> bool:
-        """Whether pictures become faster when `PackedScene.clearances` are found."""
+        """Whether pictures become faster when clearances are found (see `layout.FACE`)."""
 
     def keep_films(self) -> Any:
         """Leave films where they are computed from now on: they are to be shown there, and come back when asked for.

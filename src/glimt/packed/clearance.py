@@ -28,7 +28,7 @@ _NICENESS = 10
 class LookAround(NamedTuple):
     """A mesh to look around in, and where it is in the arrays of a scene.
 
-    first_block, end_block: of its leaves; first_triangle: where its part of the clearances begins.
+    first_block, end_block: of its leaves; first_triangle: where its faces begin.
     """
 
     mesh: Mesh
@@ -44,14 +44,14 @@ class ClearanceFinder:
 
     Parameters
     ----------
-    nodes, blocks, clearances : float32
+    nodes, blocks, faces : float32
         Those of a `PackedScene`.
     meshes : list of LookAround
     """
 
-    def __init__(self, nodes: NDArray[np.float32], blocks: NDArray[np.float32], clearances: NDArray[np.float32],
+    def __init__(self, nodes: NDArray[np.float32], blocks: NDArray[np.float32], faces: NDArray[np.float32],
                  meshes: list[LookAround]) -> None:
-        self._arrays, self._clearances = (nodes, blocks), clearances.view(np.int32)
+        self._arrays, self._faces = (nodes, blocks), faces.view(np.int32)
         self._meshes = meshes
         self._pictures, self._stopped = 0, False
         self._thread: threading.Thread | None = None
@@ -92,8 +92,8 @@ class ClearanceFinder:
                 if self._stopped:
                     return
                 find_clearances(*self._arrays, each.root, first, min(first + _BLOCKS, each.end_block),
-                                each.first_triangle, side, lift, per_unit, self._clearances)
-            note_clearances(each.mesh, self._clearances)
+                                each.first_triangle, side, lift, per_unit, self._faces)
+            note_clearances(each.mesh, self._faces)
 
 
 def compile_kernel() -> None:

@@ -41,7 +41,17 @@ from glimt.lanes import (
     store_scalar,
     vector3,
 )
-from glimt.layout import CLEAR_BIAS, CLEAR_SHIFT, CLEAR_SINES, LEAF_SIZE, LEAF_STEP, NODE, STACK_SIZE, TRIANGLE_BLOCK
+from glimt.layout import (
+    CLEAR_BIAS,
+    CLEAR_SHIFT,
+    CLEAR_SINES,
+    FACE,
+    LEAF_SIZE,
+    LEAF_STEP,
+    NODE,
+    STACK_SIZE,
+    TRIANGLE_BLOCK,
+)
 
 _GROUP = LANES // int(LEAF_SIZE)  # leaf blocks whose triangles are looked from at once
 _PLANES = 10 * LANES
@@ -274,8 +284,8 @@ def _byte(r, per_unit):
 
 
 @kernel
-def find_clearances(nodes, blocks, root, first, end, shift, side, lift, per_unit, clearances):
-    """Write the CLEARANCE of the triangles in some leaf blocks of a mesh.
+def find_clearances(nodes, blocks, root, first, end, shift, side, lift, per_unit, faces):
+    """Write the clearances of the triangles in some leaf blocks of a mesh.
 
     Parameters
     ----------
@@ -286,14 +296,14 @@ def find_clearances(nodes, blocks, root, first, end, shift, side, lift, per_unit
     first, end : int
         The first block, and the one after the last.
     shift : int
-        Where the mesh's triangles begin in `clearances`.
+        Where the mesh's triangles begin in `faces`.
     side : float32
         1 to look from where triangles run counter-clockwise, -1 from the other side.
     lift, per_unit : float32
         The height above a triangle from which its rays start at the least, and 1 / the unit of distances.
-    clearances : int32
+    faces : int32
     """
-    nodes_, blocks_, target = pointer(nodes), pointer(blocks), pointer(clearances)
+    nodes_, blocks_, target = pointer(nodes), pointer(blocks), pointer(faces)
     planes, words = stack_floats(_PLANES), stack_ints(LANES)
     for group in range(first, end, _GROUP):
         for k in range(_GROUP):
@@ -307,4 +317,4 @@ def find_clearances(nodes, blocks, root, first, end, shift, side, lift, per_unit
         for lane in range(LANES):
             prim = scalar_int(planes, 9 * LANES + lane)
             if prim >= 0:
-                store_scalar(target, shift + prim, scalar_int(words, lane))
+                store_scalar(target, FACE.words * (shift + prim) + FACE.clearance, scalar_int(words, lane))

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt import bvh
-from glimt.layout import CLEARANCE, NO_TANGENTS, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX
+from glimt.layout import FACE, NO_TANGENTS, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX, dtype
 from glimt.packed.meshes import PackedMesh, pack_mesh, remember, shift_codes
 from glimt.scene.mesh import Mesh
 
 Words = NDArray[np.float32]
 
 _KINDS = {"nodes": NODE, "blocks": TRIANGLE_BLOCK, "vertices": VERTEX, "tangents": TANGENT, "triangles": TRIANGLE,
-          "clearances": CLEARANCE}
+          "faces": FACE}
 """The arrays of a `PackedMesh`."""
 
 
@@ -50,7 +50,7 @@ class Geometry(NamedTuple):
     vertices: Words
     tangents: Words
     triangles: Words
-    clearances: Words
+    faces: Words
     placements: list[Placement]
     spans: list[tuple[int, int]]  # of each mesh, its first leaf block and how many there are
     clearances_found: list[bool]  # of each mesh
@@ -125,4 +125,5 @@ def _move(part: Words, kind: str, use: MeshUse, mesh: PackedMesh, place: dict[st
     else:
         rows = part.view(np.int32).reshape(-1, TRIANGLE.words)
         rows[:, :TRIANGLE.material] += np.int32(place["first_vertex"] - mesh.first_vertex)
-        rows[:, TRIANGLE.material] = np.array(use.material_ids, np.int32)[use.mesh.material_ids]
+        material_ids = np.array(use.material_ids, np.int32)[use.mesh.material_ids]
+        rows[:, TRIANGLE.material] = material_ids[mesh.faces.view(dtype(FACE))["number"]]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt import bvh
-from glimt.layout import CLEARANCE, LEAF_SIZE, LEAF_STEP, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX
+from glimt.layout import FACE, LEAF_SIZE, LEAF_STEP, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX, dtype
 from glimt.scene.mesh import Mesh
 from glimt.scene.tangents import tangent_space
 
@@ -34,9 +34,10 @@ class PackedMesh(NamedTuple):
     vertices : VERTEX words
     tangents : TANGENT words, none for a mesh that needs none
     triangles : TRIANGLE words
-        Vertices count from `first_vertex` vertices before; `material_ids` are those of the mesh's materials.
-    clearances : CLEARANCE words
-        See `clearance.ClearanceFinder`.
+        In the order of the leaves, as vertices are in that of the triangles: what is seen side by side lies close
+        together. Vertices count from `first_vertex` vertices before; `material_ids` are those of the mesh's materials.
+    faces : FACE words
+        For clearances see `clearance.ClearanceFinder`.
     clear_unit : float
         The unit of their distances, below 0 if they are those of the clockwise side of triangles.
     depth : int
@@ -51,7 +52,7 @@ class PackedMesh(NamedTuple):
     vertices: Words
     tangents: Words
     triangles: Words
-    clearances: Words
+    faces: Words
     clear_unit: float
     first_node: int
     first_block: int
@@ -63,11 +64,15 @@ class PackedMesh(NamedTuple):
 
     def tree(self) -> bvh.WideTree:
         """Return the tree of the mesh, as if it stood alone."""
-        blocks = self.blocks.view(np.int32).reshape(-1, TRIANGLE_BLOCK.words)
         nodes = bvh.aligned(self.nodes.size)
         nodes[:] = self.nodes
         shift_codes(nodes, -self.first_node, -self.first_block)
-        return bvh.WideTree(nodes, np.ascontiguousarray(blocks[:, TRIANGLE_BLOCK.prim:]), self.depth)
+        return bvh.WideTree(nodes, self.leaf_prims(), self.depth)
+
+    def leaf_prims(self) -> NDArray[np.int32]:
+        """Return the triangles of each leaf by their numbers in the mesh, as a tree does."""
+        prims = self.blocks.view(np.int32).reshape(-1, TRIANGLE_BLOCK.words)[:, TRIANGLE_BLOCK.prim:]
+        return np.where(prims >= 0, self.faces.view(dtype(FACE))["number"][prims], np.int32(-1))
 
 
 _PACKED: "WeakKeyDictionary[Mesh, PackedMesh]" = WeakKeyDictionary()
@@ -78,13 +83,13 @@ def pack_mesh(mesh: Mesh, with_tangents: bool, threads: int) -> PackedMesh:
     packed = _PACKED.get(mesh)
     if packed is None:
         tree = _tree(mesh, threads)
-        packed = PackedMesh(tree.nodes, _leaf_blocks(mesh, tree.leaf_prims), *_shading_arrays(mesh, with_tangents),
-                            _nothing_known(mesh), _clear_unit(mesh), 0, 0, 0, tuple(range(len(mesh.materials))),
-                            tree.depth, with_tangents)
+        packed = PackedMesh(tree.nodes, _leaf_blocks(mesh, tree.leaf_prims),
+                            *_shading_arrays(mesh, with_tangents, tree.leaf_prims), _faces(tree.leaf_prims),
+                            _clear_unit(mesh), 0, 0, 0, tuple(range(len(mesh.materials))), tree.depth, with_tangents)
         mesh.moved_from = None
         remember(mesh, packed)
     elif packed.with_tangents != with_tangents:
-        vertices, tangents, triangles = _shading_arrays(mesh, with_tangents)
+        vertices, tangents, triangles = _shading_arrays(mesh, with_tangents, packed.leaf_prims())
         packed = packed._replace(vertices=vertices, tangents=tangents, triangles=triangles, first_vertex=0,
                                  material_ids=tuple(range(len(mesh.materials))), with_tangents=with_tangents)
         remember(mesh, packed)
@@ -110,7 +115,7 @@ def mesh_tree(mesh: Mesh) -> bvh.WideTree:
 def note_clearances(mesh: Mesh, words: NDArray[Any]) -> None:
     """Keep that all clearances of a mesh are found, if they are a part of these and not a copy made before."""
     packed = _PACKED.get(mesh)
-    if packed is not None and np.may_share_memory(packed.clearances, words):
+    if packed is not None and np.may_share_memory(packed.faces, words):
         remember(mesh, packed._replace(clearances_found=True))
 
 
@@ -143,12 +148,14 @@ def _leaf_blocks(mesh: Mesh, leaf_prims: NDArray[np.int32]) -> Words:
         prims = leaf_prims[first:first + _CHUNK]  # -1 repeats the last triangle: never read, counts say how many
         corners = mesh.positions[mesh.triangles[prims]].reshape(-1, size, 9)
         rows[first:first + _CHUNK, :9 * size] = corners.transpose(0, 2, 1).reshape(-1, 9 * size)
-    rows[:, TRIANGLE_BLOCK.prim:] = leaf_prims.view(np.float32)
+    used = leaf_prims >= 0
+    place = np.cumsum(used.ravel(), dtype=np.int32).reshape(-1, size) - np.int32(1)
+    rows[:, TRIANGLE_BLOCK.prim:] = np.where(used, place, np.int32(-1)).view(np.float32)
     return blocks
 
 
-def _shading_arrays(mesh: Mesh, with_tangents: bool) -> tuple[Words, Words, Words]:
-    """Return (vertices, tangents, triangles); materials count within the mesh."""
+def _shading_arrays(mesh: Mesh, with_tangents: bool, leaf_prims: NDArray[np.int32]) -> tuple[Words, Words, Words]:
+    """Return (vertices, tangents, triangles), in the order of the leaves; materials count within the mesh."""
     positions, triangles, normals, texcoords = mesh.positions, mesh.triangles, mesh.normals, mesh.texcoords
     tangents = np.empty((0, TANGENT.words), np.float32)
     if with_tangents and texcoords is not None:
@@ -162,15 +169,31 @@ def _shading_arrays(mesh: Mesh, with_tangents: bool) -> tuple[Words, Words, Word
         space = tangent_space(positions, triangles, normals, texcoords)
         positions, normals = positions[space.vertex_ids], normals[space.vertex_ids]
         texcoords, triangles, tangents = texcoords[space.vertex_ids], space.triangles, space.tangents
-    vertices = bvh.aligned(len(positions) * VERTEX.words)
+    in_order = leaf_prims[leaf_prims >= 0]
+    used, triangles = _by_first_use(triangles[in_order], len(positions))
+    vertices = bvh.aligned(len(used) * VERTEX.words)
     rows = vertices.reshape(-1, VERTEX.words)
-    rows[:, VERTEX.position:VERTEX.normal] = positions
-    rows[:, VERTEX.normal:VERTEX.texcoord] = 0 if normals is None else _unit(normals)
-    rows[:, VERTEX.texcoord:] = 0 if texcoords is None else texcoords
+    rows[:, VERTEX.position:VERTEX.normal] = positions[used]
+    rows[:, VERTEX.normal:VERTEX.texcoord] = 0 if normals is None else _unit(normals[used])
+    rows[:, VERTEX.texcoord:] = 0 if texcoords is None else texcoords[used]
+    if len(tangents):
+        tangents = tangents[used]
+    assert mesh.material_ids is not None  # a constructor's None means zeros
     corner_ids = bvh.aligned(len(triangles) * TRIANGLE.words, np.int32)
     corner_ids.reshape(-1, TRIANGLE.words)[:, :TRIANGLE.material] = triangles
-    corner_ids.reshape(-1, TRIANGLE.words)[:, TRIANGLE.material] = mesh.material_ids
+    corner_ids.reshape(-1, TRIANGLE.words)[:, TRIANGLE.material] = mesh.material_ids[in_order]
     return vertices, np.ascontiguousarray(tangents).ravel(), corner_ids.view(np.float32)
+
+
+def _by_first_use(triangles: NDArray[np.int32], count: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Return those of `count` vertices that triangles use, in the order in which they do, and triangles of these."""
+    corners, first_use = triangles.ravel(), np.full(count, -1, np.int64)
+    first_use[corners[::-1]] = np.arange(len(corners) - 1, -1, -1)  # what is written last stays
+    is_first = np.zeros(len(corners), bool)
+    is_first[first_use[first_use >= 0]] = True
+    used, place = corners[is_first], np.empty(count, np.int32)
+    place[used] = np.arange(len(used), dtype=np.int32)
+    return used, place[triangles]
 
 
 def _unit(normals: Words) -> Words:
@@ -179,9 +202,12 @@ def _unit(normals: Words) -> Words:
     return wide.astype(np.float32)
 
 
-def _nothing_known(mesh: Mesh) -> Words:
-    words = bvh.aligned(len(mesh.triangles) * CLEARANCE.words)
-    words[:] = 0
+def _faces(leaf_prims: NDArray[np.int32]) -> Words:
+    """Return the FACE records; no clearance is known yet."""
+    numbers = leaf_prims[leaf_prims >= 0]
+    words = bvh.aligned(len(numbers) * FACE.words)
+    faces = words.view(dtype(FACE))
+    faces["number"], faces["clearance"] = numbers, 0
     return words
 
 

@@ -78,7 +78,7 @@ class Packer:
         return PackedScene(
             tlas_nodes=tlas_nodes, tlas_blocks=tlas_blocks,
             blas_nodes=geometry.nodes, blas_blocks=geometry.blocks, instances=instances.records,
-            triangles=geometry.triangles, clearances=geometry.clearances, vertices=geometry.vertices,
+            triangles=geometry.triangles, faces=geometry.faces, vertices=geometry.vertices,
             tangents=geometry.tangents,
             materials=materials, textures=textures, levels=levels, texels=texels,
             lights=pack_lights(scene.lights, time), spans=self._spans(contents.objects, places))
@@ -91,7 +91,7 @@ class Packer:
                       for use, place, (first, blocks), found in zip(self._uses or [], here.placements, here.spans,
                                                                     here.clearances_found, strict=True)
                       if place.clear_unit and not found]
-            self._finder = ClearanceFinder(here.nodes, here.blocks, here.clearances, meshes)
+            self._finder = ClearanceFinder(here.nodes, here.blocks, here.faces, meshes)
             self._stop_finder = weakref.finalize(self, self._finder.stop)
         return self._finder
 

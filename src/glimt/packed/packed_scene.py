@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt.layout import TEXTURE, dtype
+from glimt.layout import FACE, INSTANCE, MESH_KIND, MISS, TEXTURE, dtype
 
 Words = NDArray[np.float32]
 
@@ -22,8 +22,8 @@ class PackedScene(NamedTuple):
     blas_nodes: Words  # NODE
     blas_blocks: Words  # TRIANGLE_BLOCK
     instances: Words  # INSTANCE
-    triangles: Words  # TRIANGLE
-    clearances: Words  # CLEARANCE of each triangle; may change from not known to known while it is read
+    triangles: Words  # TRIANGLE, those of a mesh in the order of its leaves
+    faces: Words  # FACE of each triangle; clearances may change from not known to known while they are read
     vertices: Words  # VERTEX
     tangents: Words  # TANGENT
     materials: Words  # MATERIAL
@@ -37,6 +37,14 @@ class PackedScene(NamedTuple):
     def texture_count(self) -> int:
         """How many textures there are."""
         return int(np.count_nonzero(self.textures.view(dtype(TEXTURE))["levels"]))
+
+    def numbers_in_mesh(self, prim: NDArray[np.int32], inst: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Return which triangles of their meshes the primitives of instances are; as it is where there is no mesh."""
+        numbers, records = np.array(prim), self.instances.view(dtype(INSTANCE))
+        met = inst != MISS
+        met[met] = records["kind"][inst[met]] == MESH_KIND
+        numbers[met] = self.faces.view(dtype(FACE))["number"][records["first_triangle"][inst[met]] + prim[met]]
+        return numbers
 
     def memory_bytes(self) -> int:
         """Return the size of all arrays."""

@@ -24,7 +24,7 @@ from glimt import (
 )
 from glimt.engines.gpu.engine import GpuEngine
 from glimt.errors import GlimtError, RenderCancelled
-from glimt.layout import MISS
+from glimt.layout import FACE, MISS, dtype
 
 pytestmark = pytest.mark.usefixtures("software_gpu")
 
@@ -259,4 +259,4 @@ def test_nothing_is_worked_out_that_only_the_cpu_uses():
         renderer.render()
     renderer.settle()
     assert renderer._packer._finder is None
-    assert not renderer._packed.clearances.view(np.int32).any()
+    assert not renderer._packed.faces.view(dtype(FACE))["clearance"].any()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from kernel_calls import both_answers
 
+import closed_meshes
 from glimt import (
     Camera,
     DirectionalLight,
@@ -43,7 +44,8 @@ from glimt.lanes import (
     to_float,
     to_int,
 )
-from glimt.layout import INSTANCE, MISS
+from glimt.layout import FACE, INSTANCE, MISS, dtype
+from glimt.packed import pack
 
 COUNT = 1024
 CLOSE = 1e-5
@@ -321,16 +323,27 @@ def test_above(random):
 
 
 def test_closer(random):
+    """Triangles of instances of one mesh; the CPU looks up the numbers that tell which of two comes first."""
     @inline
     def on_lanes(scene, given, answers, n, i):
         hit = Hit(load(given, i), f32(0.0), f32(0.0), to_int(load(given, n + i)), to_int(load(given, 2 * n + i)))
-        found = closer(hit, load(given, 3 * n + i), to_int(load(given, 4 * n + i)), to_int(load(given, 5 * n + i)))
-        store(answers, i, select(found, f32(1.0), 0.0))
+        t, inst, prim = load(given, 3 * n + i), to_int(load(given, 4 * n + i)), to_int(load(given, 5 * n + i))
+        answer = f32(0.0)
+        for one in range(3):
+            for triangle in (0, 18, 36):
+                asked = (inst == np.int32(one)) & (prim == np.int32(triangle))
+                answer = select(closer(scene, hit, t, np.int32(one), np.int32(triangle), asked), f32(1.0), answer)
+        store(answers, i, answer)
 
+    scene = Scene().add(*[closed_meshes.icosphere(1)] * 3)
     given = random.integers(0, 3, (6, COUNT))
     given[3] -= 1
+    given[[1, 5]] *= 18
+    numbers = pack(scene).faces.view(dtype(FACE))["number"]
+    assert (np.diff(numbers[[0, 18, 36]]) < 0).any()
     wanted, got = both_answers(
-        _scene(random), on_lanes, "let hit = Hit(value(0u), 0.0, 0.0, u32(value(1u)), u32(value(2u)));\n"
-        "put_flag(0u, closer(hit, value(3u), u32(value(4u)), u32(value(5u))));", given, 1)
+        scene, on_lanes, "let hit = Hit(value(0u), 0.0, 0.0, u32(value(6u)), u32(value(2u)));\n"
+        "put_flag(0u, closer(hit, value(3u), u32(value(4u)), u32(value(7u))));",
+        np.concatenate([given, numbers[given[[1, 5]]]]), 1)
     assert 0.1 < wanted.mean() < 0.9
     np.testing.assert_array_equal(got, wanted)

@@ -133,6 +133,9 @@ class CpuEngine:
                 self._run(count_visits, given, control, counters)
             else:
                 self._run(debug_tiles, (*given, _SHOWS[shows], light_tints), control, counters)
+        if shows == "instances":
+            met, numbers = values[..., 3] > 0, values.view(np.int32)
+            numbers[met, 1] = given[0].numbers_in_mesh(numbers[met, 1], numbers[met, 0])
         return values
 
     def find_hits(self, rays: NDArray[np.float32]) -> Hits:

@@ -9,10 +9,14 @@ from glimt.engines.gpu.buffers import Buffer
 from glimt.engines.gpu.device import Device
 from glimt.layout import (
     COMPRESSED_NODE,
+    FACE,
     INSTANCE,
     LIGHT,
+    MESH_KIND,
     PLACEMENT,
     SPHERE_KIND,
+    TRIANGLE,
+    TRIANGLE_BLOCK,
     WALK_OF_MANY,
     WALK_OF_ONE,
     WALK_WITHOUT_TREES,
@@ -78,7 +82,7 @@ class SceneBuffers:
         if before is None or any(new is not old for new, old in zip(
                 (scene.triangles, scene.vertices, scene.tangents),
                 (before.triangles, before.vertices, before.tangents), strict=True)):
-            self.starts |= _join(self.buffers["geometry"], triangles=scene.triangles,
+            self.starts |= _join(self.buffers["geometry"], triangles=_triangles_by_number(scene),
                                  vertices=scene.vertices, tangents=scene.tangents)
         return (before is None or scene.blas_blocks is not before.blas_blocks
                 or scene.instances.size > before.instances.size)
@@ -86,6 +90,8 @@ class SceneBuffers:
     def _upload_trees(self, scene: PackedScene, before: PackedScene | None) -> None:
         same_meshes = before is not None and (scene.blas_nodes is before.blas_nodes
                                               and scene.blas_blocks is before.blas_blocks)
+        if not same_meshes or scene.spans.size:
+            scene = scene._replace(blas_blocks=_blocks_with_numbers(scene))
         trees = self._trees = compress(scene, self._trees if same_meshes else None)
         mesh_nodes = trees.blas_nodes.size // COMPRESSED_NODE.words
         upper = trees.tlas_nodes.reshape(-1, COMPRESSED_NODE.words).copy()
@@ -114,6 +120,31 @@ class SceneBuffers:
             with self._device.doing(f"writing {name}"):
                 self._device.gpu.queue.write_buffer(self.buffers["records"].handle, 4 * self.starts[name],
                                                     np.ascontiguousarray(values).reshape(-1).view(np.uint32))
+
+
+def _triangles_by_number(scene: PackedScene) -> NDArray[Any]:
+    """Return the TRIANGLE records in the order of the triangles' numbers: what `_blocks_with_numbers` refers to."""
+    faces, starts = scene.faces.view(dtype(FACE)), _mesh_starts(scene)
+    triangles = np.empty((len(faces), TRIANGLE.words), np.float32)
+    place = np.repeat(starts, np.diff([*starts, len(faces)])) + faces["number"]
+    triangles[place] = scene.triangles.reshape(-1, TRIANGLE.words)
+    return triangles
+
+
+def _blocks_with_numbers(scene: PackedScene) -> NDArray[np.float32]:
+    """Return the leaf blocks with the triangles' numbers in their meshes, by which ties are broken."""
+    blocks = scene.blas_blocks.copy()
+    prims = blocks.view(np.int32).reshape(-1, TRIANGLE_BLOCK.words)[:, TRIANGLE_BLOCK.prim:]
+    mesh = np.cumsum(prims[:, :1] == 0) - 1  # a mesh begins with its triangle 0
+    used, numbers = prims >= 0, scene.faces.view(dtype(FACE))["number"]
+    prims[used] = numbers[(_mesh_starts(scene)[mesh][:, None] + prims)[used]]
+    return blocks
+
+
+def _mesh_starts(scene: PackedScene) -> NDArray[Any]:
+    """Return where the triangles of each mesh begin."""
+    records = scene.instances.view(dtype(INSTANCE))
+    return np.union1d(0, records["first_triangle"][records["kind"] == MESH_KIND])
 
 
 def _placements(scene: PackedScene, trees: CompressedTrees) -> NDArray[Any]:

@@ -21,7 +21,7 @@ class Arrays(NamedTuple):
     blas_blocks: object
     instances: object
     triangles: object
-    clearances: object
+    faces: object
     vertices: object
     tangents: object
     materials: object
@@ -43,7 +43,7 @@ def arrays(scene, light_count, view, counters, recorded):
     """Return the pointers: cheap to pass down, without reference counts."""
     return Arrays(pointer(scene.tlas_nodes), pointer(scene.tlas_blocks), pointer(scene.blas_nodes),
                   pointer(scene.blas_blocks), pointer(scene.instances), pointer(scene.triangles),
-                  pointer(scene.clearances), pointer(scene.vertices), pointer(scene.tangents),
+                  pointer(scene.faces), pointer(scene.vertices), pointer(scene.tangents),
                   pointer(scene.materials), pointer(scene.textures), pointer(scene.levels), pointer(scene.texels),
                   pointer(scene.lights), pointer(scene.spans), light_count, len(scene.spans) // SPAN.words,
                   pointer(view), pointer(counters), pointer(recorded), recorded.shape[2])
@@ -57,6 +57,7 @@ class Trees(NamedTuple):
     blas_nodes: object
     blas_blocks: object
     instances: object
+    faces: object
     spans: object
     span_count: object
 
@@ -65,8 +66,8 @@ class Trees(NamedTuple):
 def trees(scene):
     """Return the pointers of a `PackedScene`."""
     return Trees(pointer(scene.tlas_nodes), pointer(scene.tlas_blocks), pointer(scene.blas_nodes),
-                 pointer(scene.blas_blocks), pointer(scene.instances), pointer(scene.spans),
-                 len(scene.spans) // SPAN.words)
+                 pointer(scene.blas_blocks), pointer(scene.instances), pointer(scene.faces),
+                 pointer(scene.spans), len(scene.spans) // SPAN.words)
 
 
 @inline

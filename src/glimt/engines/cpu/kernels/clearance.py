@@ -18,7 +18,7 @@ _TINY = np.float32(1e-36)
 def clear_distance(distances, unit, sine):
     """Return how far from its start a ray meets nothing of the mesh it leaves, rising at an angle of this sine.
 
-    `distances` are words of CLEARANCE, `unit` is what their unit is in the world.
+    `distances` are those of FACE.clearance, `unit` is what their unit is in the world.
     """
     byte = select(sine > _FOURTH, distances, select(sine > _THIRD, distances << np.int32(8), select(
         sine > _SECOND, distances << np.int32(16), select(sine > _FIRST, distances << np.int32(24), 0))))

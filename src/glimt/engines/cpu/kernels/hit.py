@@ -6,8 +6,8 @@ import numpy as np
 
 from glimt.engines.cpu.kernels.block import HIT
 from glimt.kernel import inline
-from glimt.lanes import f32, i32, load, load_int, select, store
-from glimt.layout import MISS
+from glimt.lanes import any_lane, f32, i32, load, load_int, pick_int, scalar_int, select, store
+from glimt.layout import FACE, INSTANCE, MISS
 
 FAR = np.float32(np.inf)
 DONE = np.float32(-np.inf)
@@ -15,7 +15,7 @@ DONE = np.float32(-np.inf)
 
 
 class Hit(NamedTuple):
-    """Closest so far: ray parameter, barycentrics, primitive within its mesh, instance (MISS: none)."""
+    """Closest so far: ray parameter, barycentrics, TRIANGLE record within its mesh, instance (MISS: none)."""
 
     t: object
     u: object
@@ -40,13 +40,26 @@ def begin_hits(words, slot, active, t_max, clear, source):
 
 
 @inline
-def closer(hit, t, inst, prim):
-    """Return the lanes where a hit at t replaces `hit`.
+def number_of(scene, inst, prim, lanes):
+    """Return which triangle of its mesh each primitive of an instance is."""
+    first = scalar_int(scene.instances, np.int64(inst) * INSTANCE.words + INSTANCE.first_triangle)
+    return pick_int(scene.faces, (prim + first) * np.int32(FACE.words) + np.int32(FACE.number), lanes)
 
-    Ties go to the lower instance and primitive: the answer does not depend on the order in which a tree is walked.
+
+@inline
+def closer(scene, hit, t, inst, prim, lanes):
+    """Return those of some lanes where a triangle at t replaces `hit`.
+
+    Ties go to the lower instance, and to the triangle with the lower number in its mesh: the answer does not depend on
+    a tree, or on the order in which it is walked.
     """
-    before = (hit.inst > inst) | ((hit.inst == inst) & (hit.prim > prim))
-    return (t > 0.0) & ((t < hit.t) | ((t == hit.t) & before))
+    ahead = lanes & (t > 0.0)
+    closest, tied = ahead & (t < hit.t), ahead & (t == hit.t)
+    if any_lane(tied):
+        same = tied & (hit.inst == inst)
+        later = number_of(scene, inst, hit.prim, same) > number_of(scene, inst, np.int32(prim), same)
+        closest = closest | (tied & (hit.inst > inst)) | (same & later)
+    return closest
 
 
 @inline

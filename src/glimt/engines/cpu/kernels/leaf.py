@@ -82,9 +82,10 @@ def _corner(words, at, rays):
 
 
 @inline
-def _leaf_of_few(words, inst, code, rays, hits, slot, lanes, occlusion):
+def _leaf_of_few(scene, inst, code, rays, hits, slot, lanes, occlusion):
     """Test the triangles of a leaf block for some lanes of a packet (see `triangle.triangle_leaf`)."""
-    base, count = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words, np.int32(code % LEAF_STEP)
+    words, base = scene.blas_blocks, np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
+    count = np.int32(code % LEAF_STEP)
     triangles = _FIRST_TRIANGLES * ((np.int32(1) << count) - np.int32(1))
     axis, blocked = scalar_int(rays, RAY.axis + slot), np.int32(0)
     found, slots = stack_floats(_FOUND), stack_ints(LANES)
@@ -114,7 +115,7 @@ def _leaf_of_few(words, inst, code, rays, hits, slot, lanes, occlusion):
                 inside &= inside - 1
                 lane = scalar_int(slots, j)
                 if not occlusion:
-                    keep(words, base, inst, hits, slot + lane, j & 3, scalar(found, j), scalar(found, LANES + j),
+                    keep(scene, base, inst, hits, slot + lane, j & 3, scalar(found, j), scalar(found, LANES + j),
                          scalar(found, 2 * LANES + j))
                 elif scalar(found, j) < scalar(hits, HIT.t + slot + lane):
                     blocked |= np.int32(1) << lane
@@ -130,7 +131,7 @@ def meet_leaf(scene, inst, code, bundle, lanes, distance):
         here = lanes_of_packet(lanes, slot) & bits(load(bundle.hits, HIT.t + slot) * BOX_SLACK >= distance)
         lanes = without_packet(lanes, slot)
         if _are_few(here, code, bundle.shared_origin):
-            _leaf_of_few(scene.blas_blocks, inst, code, bundle.rays, bundle.hits, slot, here, bundle.occlusion)
+            _leaf_of_few(scene, inst, code, bundle.rays, bundle.hits, slot, here, bundle.occlusion)
         else:
             hit = triangle_leaf(scene, inst, code, rays_at(bundle.rays, slot), hit_at(bundle.hits, slot),
                                 bundle.occlusion)

@@ -66,7 +66,7 @@ def find_hits(scene, rays, sources, shared_origin, floats, ids, chunk):
     rays : (7, n) float32
         Origins, directions, and how far each looks; one that looks no farther than 0 is idle. n is a multiple of 16.
     sources : (5, n) float32
-        What is known of the surfaces that rays leave: words of CLEARANCE, a ray's t after one of their units, the sine
+        What is known of the surfaces that rays leave: FACE.clearance, a ray's t after one of their units, the sine
         at which it rises, how much nearer (in t) than the surface's points things may be to where it begins, the
         instance. The first and the last are int32. Or NO_SOURCES.
     shared_origin : bool

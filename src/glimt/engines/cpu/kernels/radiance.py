@@ -56,12 +56,12 @@ def _points(scene, block, packets, spread, depth):
     return met
 
 
-def radiance_of_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, clearances, vertices,
+def radiance_of_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, faces, vertices,
                      tangents, materials, textures, levels, texels, lights, spans, light_count, span_count, view_words,
                      counters, recorded, room, rays, hits, shadow_rays, shadow_hits, local, paths, points, sums,
                      active, found, occluders, packets, spread, max_bounces):
     """Do what `radiance` asks for."""
-    scene = Arrays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, clearances, vertices,
+    scene = Arrays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, triangles, faces, vertices,
                    tangents, materials, textures, levels, texels, lights, spans, light_count, span_count, view_words,
                    counters, recorded, room)
     block = Block(rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found, occluders)

@@ -30,7 +30,7 @@ from glimt.lanes import (
     store_scalar,
     store_scalar_int,
 )
-from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, LEAF_SIZE, LEAF_STEP, NODE, TRIANGLE_BLOCK
+from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, FACE, INSTANCE, LEAF_SIZE, LEAF_STEP, NODE, TRIANGLE_BLOCK
 
 _AXIS = np.int64(LEAF_SIZE)
 _CORNER = np.int64(3 * LEAF_SIZE)
@@ -94,13 +94,18 @@ def _corners(words, at, rays, singles, slot):
 
 
 @inline
-def keep(words, base, inst, hits, slot, j, t, u, v):
+def keep(scene, base, inst, hits, slot, j, t, u, v):
     """Make triangle j of the block at `base`, at t > 0, a ray's hit if it is closer (see `hit.closer`)."""
-    limit, prim = scalar(hits, HIT.t + slot), scalar_int(words, base + TRIANGLE_BLOCK.prim + j)
+    limit, prim = scalar(hits, HIT.t + slot), scalar_int(scene.blas_blocks, base + TRIANGLE_BLOCK.prim + j)
     if t == limit:
         before = scalar_int(hits, HIT.inst + slot)
-        if before < inst or (before == inst and scalar_int(hits, HIT.prim + slot) <= prim):
+        if before < inst:
             return
+        if before == inst:
+            first = np.int64(scalar_int(scene.instances, np.int64(inst) * INSTANCE.words + INSTANCE.first_triangle))
+            if (scalar_int(scene.faces, (first + scalar_int(hits, HIT.prim + slot)) * FACE.words + FACE.number)
+                    <= scalar_int(scene.faces, (first + prim) * FACE.words + FACE.number)):
+                return
     if t <= limit:
         store_scalar(hits, HIT.t + slot, t)
         store_scalar(hits, HIT.u + slot, u)
@@ -110,8 +115,9 @@ def keep(words, base, inst, hits, slot, j, t, u, v):
 
 
 @inline
-def leaf(words, inst, code, rays, singles, hits, slot, occlusion):
+def leaf(scene, inst, code, rays, singles, hits, slot, occlusion):
     """Test up to four triangles at once (see `triangle.triangle_leaf`)."""
+    words = scene.blas_blocks
     base = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
     a = _corners(words, base, rays, singles, slot)
     b = _corners(words, base + _CORNER, rays, singles, slot)
@@ -129,7 +135,7 @@ def leaf(words, inst, code, rays, singles, hits, slot, occlusion):
             if not this > 0:
                 continue
             if not occlusion:
-                keep(words, base, inst, hits, slot, j, this, extract(us, j), extract(vs, j))
+                keep(scene, base, inst, hits, slot, j, this, extract(us, j), extract(vs, j))
             elif this < scalar(hits, HIT.t + slot):
                 store_scalar(hits, HIT.t + slot, DONE)
                 store_scalar_int(hits, HIT.prim + slot, code)

@@ -153,5 +153,5 @@ def walk_pending(scene, rays, hits, pending, lanes, occlusion, inst):
             if code >= 0:
                 top = push(scene.blas_nodes, code, rays, singles, hits, pending, top, slot)
             else:
-                leaf(scene.blas_blocks, inst, ~code, rays, singles, hits, slot, occlusion)
+                leaf(scene, inst, ~code, rays, singles, hits, slot, occlusion)
             todo |= _next(scene, hits, pending, codes, tops, top, slot)  # what lies behind the hit is passed over

@@ -1,6 +1,6 @@
 """Spheres against a packet."""
 
-from glimt.engines.cpu.kernels.hit import block, closer, replace
+from glimt.engines.cpu.kernels.hit import block, replace
 from glimt.kernel import inline
 from glimt.lanes import any_lane, dot, f32, maximum, reciprocal, scalar, scalar3, select, sqrt
 from glimt.layout import INSTANCE
@@ -26,5 +26,6 @@ def sphere_hit(scene, inst, record, rays, hit, occlusion):
         t = select(enter > 0.0, enter, nearest + half_chord)
         if occlusion:
             return block(hit, met & (t > 0.0) & (t < hit.t), 0, inst)
-        return replace(hit, met & closer(hit, t, inst, 0), t, f32(0.0), f32(0.0), 0, inst)
+        first = (t < hit.t) | ((t == hit.t) & (hit.inst > inst))
+        return replace(hit, met & (t > 0.0) & first, t, f32(0.0), f32(0.0), 0, inst)
     return hit

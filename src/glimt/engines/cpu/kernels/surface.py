@@ -36,13 +36,13 @@ from glimt.lanes import (
     sqrt,
     vector3,
 )
-from glimt.layout import INSTANCE, MATERIAL, NO_TANGENTS, OFFSET_ERROR, SPHERE_KIND, TANGENT, TRIANGLE, VERTEX
+from glimt.layout import FACE, INSTANCE, MATERIAL, NO_TANGENTS, OFFSET_ERROR, SPHERE_KIND, TANGENT, TRIANGLE, VERTEX
 
 _TINY = np.float32(1e-30)
 _FEW = 3
 """How many primitives of an instance a packet is peeled by, if each had as many lanes as the first."""
 _CORNER, _TRIANGLE = np.int32(TRIANGLE.vertex), np.int32(TRIANGLE.words)
-_VERTEX, _TANGENT = np.int32(VERTEX.words), np.int32(TANGENT.words)
+_VERTEX, _TANGENT, _FACE = np.int32(VERTEX.words), np.int32(TANGENT.words), np.int32(FACE.words)
 _TWO_PI, _PI = np.float32(2 * np.pi), np.float32(np.pi)
 
 
@@ -52,7 +52,7 @@ class Surface(NamedTuple):
     point, extent: the position, and the size of the instance it is on; ng, ns: unit geometric and shading normals on
     the viewer's side; texcoord_u, texcoord_v; texcoord_density: texcoord area per square metre; tangent, bitangent,
     normal: the frame of the normal map as it was modelled (normal not yet turned to the viewer); has_tangent: 1 where
-    there is one; material: index; clearance, clear_unit: CLEARANCE of its triangle on this side (0: not known), and the
+    there is one; material: index; clearance, clear_unit: of its triangle on this side (0: not known; see FACE), and the
     length of its unit.
     """
 
@@ -149,7 +149,7 @@ def _mesh_surface(scene, record, hit, prim, lanes, direction):
     # How far there is nothing of the mesh, if that is known for this side.
     clear_unit, clearance = f32(scalar(scene.instances, record + INSTANCE.clear_unit)), i32(0)
     if any_lane(clear_unit != 0.0):
-        clearance = clearance + pick_int(scene.clearances, index, lanes)
+        clearance = clearance + pick_int(scene.faces, index * _FACE + np.int32(FACE.clearance), lanes)
         clearance = select(away, select(clear_unit < 0.0, clearance, 0), select(clear_unit > 0.0, clearance, 0))
 
     # Shading normal, as modelled.

@@ -245,10 +245,10 @@ def _try_leaf(scene, inst, leaf, bundle, packets):
     return left
 
 
-def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, spans, span_count, rays, local, hits,
+def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, faces, spans, span_count, rays, local, hits,
                flags, packets, first_inst, first_leaf):
     """Do what `trace` asks for: the half of every kernel that follows rays."""
-    scene = Trees(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, spans, span_count)
+    scene = Trees(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, faces, spans, span_count)
     bundle = Bundle(rays, local, hits, flags & SHARED_ORIGIN != 0, flags & OCCLUSION != 0)
     if span_count:
         _test_everything(scene, bundle, packets)
@@ -265,7 +265,7 @@ def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, span
 
 
 _FLOATS = types.CPointer(types.float32)
-TRACE = SharedKernel(trace_rays, (*[_FLOATS] * 6, types.int64, *[_FLOATS] * 3, *[types.int32] * 4))
+TRACE = SharedKernel(trace_rays, (*[_FLOATS] * 7, types.int64, *[_FLOATS] * 3, *[types.int32] * 4))
 _call = TRACE.call
 
 
@@ -277,5 +277,5 @@ def trace(scene, rays, local, hits, flags, packets, first_inst=MISS, first_leaf=
     instance is tested first (MISS: none is).
     `scene` is `Trees` or anything that has its fields.
     """
-    _call((scene.tlas_nodes, scene.tlas_blocks, scene.blas_nodes, scene.blas_blocks, scene.instances, scene.spans,
-           scene.span_count, rays, local, hits, flags, packets, first_inst, first_leaf))
+    _call((scene.tlas_nodes, scene.tlas_blocks, scene.blas_nodes, scene.blas_blocks, scene.instances, scene.faces,
+           scene.spans, scene.span_count, rays, local, hits, flags, packets, first_inst, first_leaf))

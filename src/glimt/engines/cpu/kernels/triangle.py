@@ -89,5 +89,5 @@ def triangle_leaf(scene, inst, code, rays, hit, occlusion):
             if occlusion:
                 hit = block(hit, inside & (t > 0.0) & (t < hit.t), np.int32(code), inst)
             else:
-                hit = replace(hit, inside & closer(hit, t, inst, prim), t, u, v, prim, inst)
+                hit = replace(hit, closer(scene, hit, t, inst, prim, inside), t, u, v, prim, inst)
     return hit

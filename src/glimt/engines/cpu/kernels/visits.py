@@ -61,7 +61,7 @@ def _walk_mesh(scene, inst, root, rays, singles, hits, stack, bottom, slot):
             top = push(scene.blas_nodes, code, rays, singles, hits, stack, top, slot)
         else:
             blocks += 1
-            leaf(scene.blas_blocks, inst, ~code, rays, singles, hits, slot, False)
+            leaf(scene, inst, ~code, rays, singles, hits, slot, False)
         more, top = _pop(stack, hits, top, bottom, slot)
         code = scalar_int(stack.stack, top)
     return nodes, blocks
