@@ -40,7 +40,7 @@ from glimt.layout import (
 NO_FLAGS, SHARED_ORIGIN, OCCLUSION = np.int32(0), np.int32(1), np.int32(2)
 """What `trace` may be told: that all rays start in one point, that it is enough to know whether anything is met."""
 
-_TOGETHER, _ALONE = np.int64(5), np.int64(2)
+_TOGETHER, _ALONE = np.int64(5), np.int64(3)
 """Nodes of a mesh that packets visit before they leave subtrees to single rays; rays that go alone even before."""
 _SPARSE = np.int64(12)
 """Rays that are so few that they walk the mesh of an instance one by one."""
