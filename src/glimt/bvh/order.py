@@ -7,7 +7,7 @@ who walks a tree has nothing to sort. Here the order is that of the children's c
 import numpy as np
 
 from glimt.kernel import inline
-from glimt.lanes import as_int, load8, numbers8, pack8, select, shuffle, sort8, store_scalar
+from glimt.lanes import as_int, load8, numbers8, pack8, select, shuffle, sort8, store_scalar_int
 from glimt.layout import NODE
 
 _SIGN = np.int32(0x7FFFFFFF)
@@ -21,7 +21,7 @@ def _sortable(x):
 
 
 @inline
-def put_order(nodes, words, base):
+def put_order(nodes, base):
     """Write the `order` of the node at word `base`, whose boxes are there; opposite octants have opposite orders."""
     x = load8(nodes, base + NODE.lo_x) + load8(nodes, base + NODE.hi_x)
     y = load8(nodes, base + NODE.lo_y) + load8(nodes, base + NODE.hi_y)
@@ -34,5 +34,5 @@ def put_order(nodes, words, base):
         if octant & 2:
             along_y = -y
         farthest_first = sort8((_sortable(along_x + along_y + z) & np.int32(-8)) | numbers8())
-        store_scalar(words, base + NODE.order + octant, pack8(farthest_first))
-        store_scalar(words, base + NODE.order + 7 - octant, pack8(shuffle(farthest_first, backwards)))
+        store_scalar_int(nodes, base + NODE.order + octant, pack8(farthest_first))
+        store_scalar_int(nodes, base + NODE.order + 7 - octant, pack8(shuffle(farthest_first, backwards)))

@@ -142,7 +142,7 @@ def lay_out(tasks, boxes, binary, meta, cuts, nodes, leaf_prims, counter):
                         store_scalar(prims, LEAF_SIZE * leaf + j, prim)
                     leaf += 1
                 store_scalar(words, base + k + NODE.child, code)
-            put_order(target, words, base)
+            put_order(target, base)
             base += NODE.words
             cut += WIDTH
 
@@ -151,7 +151,7 @@ def lay_out(tasks, boxes, binary, meta, cuts, nodes, leaf_prims, counter):
 def refit_nodes(lo, hi, old_nodes, leaf_prims, nodes):
     """Bound children from the last node to the first: they come after their parents."""
     low, high, prims = pointer(lo), pointer(hi), pointer(leaf_prims)
-    old, new, words = pointer(old_nodes), pointer(nodes), pointer(nodes.view(np.int32))
+    old, new = pointer(old_nodes), pointer(nodes)
     for base in range(len(nodes) - NODE.words, -1, -NODE.words):
         for row in range(0, NODE.words, WIDTH):
             store8(new, base + row, load8(old, base + row))
@@ -173,4 +173,4 @@ def refit_nodes(lo, hi, old_nodes, leaf_prims, nodes):
                         most = max(most, scalar(high, prim) + np.float32(0))
                     store_scalar(new, base + WIDTH * axis + k, least)
                     store_scalar(new, base + NODE.hi_x + WIDTH * axis + k, most)
-        put_order(new, words, base)
+        put_order(new, base)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt import bvh
-from glimt.layout import FACE, NO_TANGENTS, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX, dtype
+from glimt.layout import FACE, NO_TANGENTS, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX
 from glimt.packed.meshes import PackedMesh, pack_mesh, remember, shift_codes
 from glimt.scene.mesh import Mesh
 
@@ -126,4 +126,4 @@ def _move(part: Words, kind: str, use: MeshUse, mesh: PackedMesh, place: dict[st
         rows = part.view(np.int32).reshape(-1, TRIANGLE.words)
         rows[:, :TRIANGLE.material] += np.int32(place["first_vertex"] - mesh.first_vertex)
         material_ids = np.array(use.material_ids, np.int32)[use.mesh.material_ids]
-        rows[:, TRIANGLE.material] = material_ids[mesh.faces.view(dtype(FACE))["number"]]
+        rows[:, TRIANGLE.material] = material_ids[mesh.numbers()]

@@ -67,12 +67,13 @@ class PackedMesh(NamedTuple):
         nodes = bvh.aligned(self.nodes.size)
         nodes[:] = self.nodes
         shift_codes(nodes, -self.first_node, -self.first_block)
-        return bvh.WideTree(nodes, self.leaf_prims(), self.depth)
-
-    def leaf_prims(self) -> NDArray[np.int32]:
-        """Return the triangles of each leaf by their numbers in the mesh, as a tree does."""
         prims = self.blocks.view(np.int32).reshape(-1, TRIANGLE_BLOCK.words)[:, TRIANGLE_BLOCK.prim:]
-        return np.where(prims >= 0, self.faces.view(dtype(FACE))["number"][prims], np.int32(-1))
+        return bvh.WideTree(nodes, np.where(prims >= 0, self.numbers()[prims], np.int32(-1)), self.depth)
+
+    def numbers(self) -> NDArray[np.int32]:
+        """Return which triangle of the mesh each packed one is."""
+        numbers: NDArray[np.int32] = self.faces.view(dtype(FACE))["number"]
+        return numbers
 
 
 _PACKED: "WeakKeyDictionary[Mesh, PackedMesh]" = WeakKeyDictionary()
@@ -83,13 +84,14 @@ def pack_mesh(mesh: Mesh, with_tangents: bool, threads: int) -> PackedMesh:
     packed = _PACKED.get(mesh)
     if packed is None:
         tree = _tree(mesh, threads)
+        numbers = tree.leaf_prims[tree.leaf_prims >= 0]
         packed = PackedMesh(tree.nodes, _leaf_blocks(mesh, tree.leaf_prims),
-                            *_shading_arrays(mesh, with_tangents, tree.leaf_prims), _faces(tree.leaf_prims),
+                            *_shading_arrays(mesh, with_tangents, numbers), _faces(numbers),
                             _clear_unit(mesh), 0, 0, 0, tuple(range(len(mesh.materials))), tree.depth, with_tangents)
         mesh.moved_from = None
         remember(mesh, packed)
     elif packed.with_tangents != with_tangents:
-        vertices, tangents, triangles = _shading_arrays(mesh, with_tangents, packed.leaf_prims())
+        vertices, tangents, triangles = _shading_arrays(mesh, with_tangents, packed.numbers())
         packed = packed._replace(vertices=vertices, tangents=tangents, triangles=triangles, first_vertex=0,
                                  material_ids=tuple(range(len(mesh.materials))), with_tangents=with_tangents)
         remember(mesh, packed)
@@ -154,8 +156,8 @@ def _leaf_blocks(mesh: Mesh, leaf_prims: NDArray[np.int32]) -> Words:
     return blocks
 
 
-def _shading_arrays(mesh: Mesh, with_tangents: bool, leaf_prims: NDArray[np.int32]) -> tuple[Words, Words, Words]:
-    """Return (vertices, tangents, triangles), in the order of the leaves; materials count within the mesh."""
+def _shading_arrays(mesh: Mesh, with_tangents: bool, numbers: NDArray[np.int32]) -> tuple[Words, Words, Words]:
+    """Return (vertices, tangents, triangles), these in the order of `numbers`; materials count within the mesh."""
     positions, triangles, normals, texcoords = mesh.positions, mesh.triangles, mesh.normals, mesh.texcoords
     tangents = np.empty((0, TANGENT.words), np.float32)
     if with_tangents and texcoords is not None:
@@ -169,8 +171,7 @@ def _shading_arrays(mesh: Mesh, with_tangents: bool, leaf_prims: NDArray[np.int3
         space = tangent_space(positions, triangles, normals, texcoords)
         positions, normals = positions[space.vertex_ids], normals[space.vertex_ids]
         texcoords, triangles, tangents = texcoords[space.vertex_ids], space.triangles, space.tangents
-    in_order = leaf_prims[leaf_prims >= 0]
-    used, triangles = _by_first_use(triangles[in_order], len(positions))
+    used, triangles = _by_first_use(triangles[numbers], len(positions))
     vertices = bvh.aligned(len(used) * VERTEX.words)
     rows = vertices.reshape(-1, VERTEX.words)
     rows[:, VERTEX.position:VERTEX.normal] = positions[used]
@@ -181,7 +182,7 @@ def _shading_arrays(mesh: Mesh, with_tangents: bool, leaf_prims: NDArray[np.int3
     assert mesh.material_ids is not None  # a constructor's None means zeros
     corner_ids = bvh.aligned(len(triangles) * TRIANGLE.words, np.int32)
     corner_ids.reshape(-1, TRIANGLE.words)[:, :TRIANGLE.material] = triangles
-    corner_ids.reshape(-1, TRIANGLE.words)[:, TRIANGLE.material] = mesh.material_ids[in_order]
+    corner_ids.reshape(-1, TRIANGLE.words)[:, TRIANGLE.material] = mesh.material_ids[numbers]
     return vertices, np.ascontiguousarray(tangents).ravel(), corner_ids.view(np.float32)
 
 
@@ -202,9 +203,8 @@ def _unit(normals: Words) -> Words:
     return wide.astype(np.float32)
 
 
-def _faces(leaf_prims: NDArray[np.int32]) -> Words:
+def _faces(numbers: NDArray[np.int32]) -> Words:
     """Return the FACE records; no clearance is known yet."""
-    numbers = leaf_prims[leaf_prims >= 0]
     words = bvh.aligned(len(numbers) * FACE.words)
     faces = words.view(dtype(FACE))
     faces["number"], faces["clearance"] = numbers, 0

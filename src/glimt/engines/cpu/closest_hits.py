@@ -10,7 +10,10 @@ _GRANULE = 16  # rays are asked in whole packets of every width
 
 
 def closest_hits(packed: PackedScene, rays: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Return (3, n) t, u, v and (2, n) triangle of the mesh, inst (MISS: none) of what (7, n) rays meet first."""
+    """Return (3, n) t, u, v and (2, n) prim, inst (MISS: none) of what (7, n) rays meet first, n any number.
+
+    A prim is a triangle by its number in the mesh.
+    """
     count = rays.shape[1]
     padded = np.concatenate([rays, np.repeat(rays[:, -1:], -count % _GRANULE, 1)], 1)
     floats, ids = np.zeros((3, padded.shape[1]), np.float32), np.zeros((2, padded.shape[1]), np.int32)

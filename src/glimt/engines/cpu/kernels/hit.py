@@ -41,7 +41,7 @@ def begin_hits(words, slot, active, t_max, clear, source):
 
 @inline
 def number_of(scene, inst, prim, lanes):
-    """Return which triangle of its mesh each primitive of an instance is."""
+    """Return which triangle of its mesh a primitive of an instance is, or for each of `lanes` another one."""
     first = scalar_int(scene.instances, np.int64(inst) * INSTANCE.words + INSTANCE.first_triangle)
     return pick_int(scene.faces, (prim + first) * np.int32(FACE.words) + np.int32(FACE.number), lanes)
 

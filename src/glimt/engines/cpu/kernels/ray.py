@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from glimt.engines.cpu.kernels.block import HIT, RAY, SINGLE, SLOTS
-from glimt.engines.cpu.kernels.hit import DONE
+from glimt.engines.cpu.kernels.hit import DONE, number_of
 from glimt.engines.cpu.kernels.triangle import edges, meeting
 from glimt.kernel import inline
 from glimt.lanes import (
@@ -30,7 +30,7 @@ from glimt.lanes import (
     store_scalar,
     store_scalar_int,
 )
-from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, FACE, INSTANCE, LEAF_SIZE, LEAF_STEP, NODE, TRIANGLE_BLOCK
+from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, LEAF_SIZE, LEAF_STEP, NODE, TRIANGLE_BLOCK
 
 _AXIS = np.int64(LEAF_SIZE)
 _CORNER = np.int64(3 * LEAF_SIZE)
@@ -99,13 +99,10 @@ def keep(scene, base, inst, hits, slot, j, t, u, v):
     limit, prim = scalar(hits, HIT.t + slot), scalar_int(scene.blas_blocks, base + TRIANGLE_BLOCK.prim + j)
     if t == limit:
         before = scalar_int(hits, HIT.inst + slot)
-        if before < inst:
+        rival = scalar_int(hits, HIT.prim + slot)
+        if before < inst or (before == inst
+                             and number_of(scene, inst, rival, True) <= number_of(scene, inst, prim, True)):
             return
-        if before == inst:
-            first = np.int64(scalar_int(scene.instances, np.int64(inst) * INSTANCE.words + INSTANCE.first_triangle))
-            if (scalar_int(scene.faces, (first + scalar_int(hits, HIT.prim + slot)) * FACE.words + FACE.number)
-                    <= scalar_int(scene.faces, (first + prim) * FACE.words + FACE.number)):
-                return
     if t <= limit:
         store_scalar(hits, HIT.t + slot, t)
         store_scalar(hits, HIT.u + slot, u)
