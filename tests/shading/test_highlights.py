@@ -1,8 +1,10 @@
 """Blinn-Phong highlights: specular * (n·h)^exponent, in closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from pictures import direction, facing, pixel, plane, unit
+from pictures import direction, facing, picture, pixel, plane, unit
 
 from glimt import Camera, DirectionalLight, Material, PointLight
 
@@ -55,3 +57,15 @@ def test_diffuse_and_specular_add_up():
     seen = pixel(square, DirectionalLight(direction=-wi, diffuse=LIGHT, specular=3), camera=facing())
     halfway = unit(wi + [0, 0, 1])
     np.testing.assert_allclose(seen, 0.4 * LIGHT * wi[2] + KS * 3 * halfway[2]**12, rtol=3e-5)
+
+
+def test_matte_and_shining_pixels_side_by_side():
+    """Where no pixel of a packet shines there is no highlight to work out; packets on the diagonal have both kinds."""
+    matte, shining = (Material(diffuse=0.4, specular=ks, exponent=12) for ks in (0, KS))
+    light, pictures = DirectionalLight(direction=-direction(10), diffuse=LIGHT, specular=3), []
+    for materials in ([matte, matte], [shining, shining], [matte, shining]):
+        square = replace(plane(), materials=materials, material_ids=[0, 1])
+        pictures.append(picture(square, light, camera=facing(), size=(16, 16)))
+    lower_right = np.tri(16, dtype=bool)[:, ::-1, None]
+    assert (pictures[0] < pictures[1]).all()
+    np.testing.assert_array_equal(pictures[2], np.where(lower_right, pictures[0], pictures[1]))

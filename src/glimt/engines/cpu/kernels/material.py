@@ -108,6 +108,8 @@ def material_eval(diffuse, specular, exponent, ns, wo, wi, cosine):
 
     Phong's model with Blinn's halfway vector, "Models of light reflection for computer synthesized pictures" (1977).
     """
-    halfway = normalize(wi + wo)
-    highlight = power(maximum(dot(ns, halfway), np.float32(1e-6)), exponent)
+    highlight = f32(0.0)
+    if any_lane((specular.x != 0.0) | (specular.y != 0.0) | (specular.z != 0.0)):
+        halfway = normalize(wi + wo)
+        highlight = power(maximum(dot(ns, halfway), np.float32(1e-6)), exponent)
     return diffuse * cosine, specular * highlight
