@@ -45,7 +45,7 @@ def leave(sets):
     left, codes, distances = np.zeros(len(sets), bool), np.zeros(_STACK_WORDS, np.int32), np.zeros(_STACK_WORDS)
     bottoms = np.zeros(SLOTS, np.int64)
     _leave(lanes, left, codes, distances, bottoms)
-    stacks = (SLOTS, int(_STACK))
+    stacks = (SLOTS + 1, int(_STACK))
     return left, codes.reshape(stacks), distances.reshape(stacks), _PENDING + np.arange(SLOTS) * _STACK - bottoms
 
 

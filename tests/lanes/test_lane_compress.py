@@ -8,6 +8,7 @@ from glimt.lanes import (
     LANES,
     compress_store,
     count_trailing_zeros,
+    first_bit,
     from_bits,
     i32,
     load,
@@ -172,6 +173,19 @@ def _count(values, narrow, out):
     for k in range(len(values)):
         out[0, k], out[1, k] = population_count(values[k]), count_trailing_zeros(values[k])
         out[2, k], out[3, k] = population_count(narrow[k]), count_trailing_zeros(narrow[k])
+
+
+@compile_test
+def _first_bits(values, narrow, out):
+    for k in range(len(values)):
+        out[0, k], out[1, k] = first_bit(values[k]), first_bit(narrow[k])
+
+
+def test_the_first_bit_of_nothing_is_behind_the_last():
+    values = np.array([0, 1, -1, 8, -2**63, 1 << 40], np.int64)
+    out = np.empty((2, len(values)), np.int64)
+    _first_bits(values, values.astype(np.int32), out)
+    assert out.tolist() == [[64, 0, 0, 3, 63, 40], [32, 0, 0, 3, 32, 32]]
 
 
 def test_bits_are_counted_across_64_and_32_of_them():

@@ -292,6 +292,8 @@ def _bit_count(name, *flags):
 
 count_trailing_zeros = _bit_count("cttz", ir.IntType(1)(1))
 """The number of the lowest bit set in an int32 or int64 that is not 0."""
+first_bit = _bit_count("cttz", ir.IntType(1)(0))
+"""The same; 32 or 64 for 0."""
 population_count = _bit_count("ctpop")
 """How many bits of an int32 or int64 are set."""
 

@@ -4,6 +4,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from glimt.kernel import host_features
 from glimt.lanes.ops import call
 from glimt.lanes.types import INT1, INT32, broadcast, lanes_type
 
@@ -56,11 +57,11 @@ def pack8(typing_context, x):
 
 @intrinsic
 def unpack8(typing_context, word):
-    """Return the eight numbers that `pack8` has put in an int32."""
+    """Return the eight numbers that `pack8` has put in an int32, in the lowest three bits as for `shuffle`."""
     def emit(context, builder, sig, args):
         word = context.cast(builder, args[0], sig.args[0], types.int32)
         repeated = broadcast(context, builder, word, types.int32, _I32X8)
-        return builder.and_(builder.lshr(repeated, _order(_NIBBLES)), _order([7] * 8))
+        return builder.lshr(repeated, _order(_NIBBLES))
 
     return _I32X8(word), emit
 
@@ -79,6 +80,10 @@ def compress8(typing_context, x, condition):
 def shuffle(typing_context, x, index):
     """Return x[index[0]], x[index[1]], … of as many lanes; only the lowest bits of an index count."""
     def emit(context, builder, sig, args):
+        if x.count == 8 and "avx2" in host_features():
+            return call(builder, f"llvm.x86.avx2.perm{'ps' if x.kind == 'f32' else 'd'}", x.register, args)
+        if x.count == 16 and "avx512f" in host_features():
+            return call(builder, f"llvm.x86.avx512.permvar.{'sf' if x.kind == 'f32' else 'si'}.512", x.register, args)
         low = builder.and_(args[1], ir.Constant(sig.args[1].register, [x.count - 1] * x.count))
         result = ir.Constant(x.register, ir.Undefined)
         for k in range(x.count):

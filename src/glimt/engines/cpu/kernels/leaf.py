@@ -82,6 +82,18 @@ def _corner(words, at, rays):
 
 
 @inline
+def _rays_of(inside, lanes):
+    """Return those of the first of some lanes that are inside of any of their four triangles."""
+    inside |= inside >> 2
+    inside |= inside >> 1
+    rays = np.int32(0)
+    for k in range(_AT_ONCE):
+        rays |= lanes & -lanes & -(inside >> 4 * k & 1)
+        lanes &= lanes - 1
+    return rays
+
+
+@inline
 def _leaf_of_few(scene, inst, code, rays, hits, slot, lanes, occlusion):
     """Test the triangles of a leaf block for some lanes of a packet (see `triangle.triangle_leaf`)."""
     words, base = scene.blas_blocks, np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
@@ -90,35 +102,34 @@ def _leaf_of_few(scene, inst, code, rays, hits, slot, lanes, occlusion):
     axis, blocked = scalar_int(rays, RAY.axis + slot), np.int32(0)
     found, slots = stack_floats(_FOUND), stack_ints(LANES)
     while lanes:
-        index, inside = numbers_in_fours(lanes), triangles
+        index, inside, here = numbers_in_fours(lanes), triangles, lanes
         if population_count(lanes) < _AT_ONCE:
             inside &= (np.int32(1) << 4 * population_count(lanes)) - np.int32(1)
         for _ in range(_AT_ONCE):
             lanes &= lanes - 1
-        here = Shears(axis, shuffle(load_int(rays, RAY.longest + slot), index),
-                      _each_in_four(rays, RAY.shear + slot, index), _each_in_four(rays, RAY.shear_origin + slot, index))
+        shears = Shears(axis, shuffle(load_int(rays, RAY.longest + slot), index),
+                        _each_in_four(rays, RAY.shear + slot, index),
+                        _each_in_four(rays, RAY.shear_origin + slot, index))
         limit = shuffle(load(hits, HIT.t + slot), index)
-        a, b = _corner(words, base, here), _corner(words, base + CORNER, here)
-        c = _corner(words, base + 2 * CORNER, here)
+        a, b = _corner(words, base, shears), _corner(words, base + CORNER, shears)
+        c = _corner(words, base + 2 * CORNER, shears)
         wa, wb, wc, between = edges(a, b, c)
         inside &= bits(between)
         if inside:
-            t, u, v, near = meeting(a, b, c, wa, wb, wc, here.shear.z)
+            t, u, v, near = meeting(a, b, c, wa, wb, wc, shears.shear.z)
+            if occlusion:
+                blocked |= _rays_of(inside & bits(near & (t > 0.0) & (t < limit)), here)
+                continue
             inside &= bits(near & (t > 0.0) & (t <= limit))
             store(slots, 0, index)
             store(found, 0, t)
-            if not occlusion:
-                store(found, LANES, u)
-                store(found, 2 * LANES, v)
+            store(found, LANES, u)
+            store(found, 2 * LANES, v)
             while inside:
                 j = np.int64(count_trailing_zeros(inside))
                 inside &= inside - 1
-                lane = scalar_int(slots, j)
-                if not occlusion:
-                    keep(scene, base, inst, hits, slot + lane, j & 3, scalar(found, j), scalar(found, LANES + j),
-                         scalar(found, 2 * LANES + j))
-                elif scalar(found, j) < scalar(hits, HIT.t + slot + lane):
-                    blocked |= np.int32(1) << lane
+                keep(scene, base, inst, hits, slot + scalar_int(slots, j), j & 3, scalar(found, j),
+                     scalar(found, LANES + j), scalar(found, 2 * LANES + j))
     if blocked:
         store_hit(hits, slot, block(hit_at(hits, slot), from_bits(blocked), np.int32(code), inst))
 

@@ -17,6 +17,7 @@ from glimt.lanes import (
     load8,
     maximum,
     minimum,
+    population_count,
     scalar,
     scalar_int,
     shuffle,
@@ -30,6 +31,8 @@ from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, NODE, STACK_SIZE
 
 IN_SCENE, IN_MESH = np.bool_(False), np.bool_(True)
 """Which tree `push_children` is in: in the scene's, all rays begin at 0."""
+_MANY = np.int32(4)
+"""Children that are tested packet by packet (see `_meet_children`)."""
 _AS_THEY_ARE = np.int64(0x76543210)
 """A node's children in the order of their numbers (see `layout.NODE`)."""
 
@@ -47,31 +50,71 @@ def _children(nodes, base, span, begin, limit):
     return entry, leave * BOX_SLACK
 
 
+class Box(NamedTuple):
+    """A child's planes in the order in which an interval meets them."""
+
+    near_x: object
+    near_y: object
+    near_z: object
+    far_x: object
+    far_y: object
+    far_z: object
+
+
 @inline
-def _overlapping(nodes, child, bundle, lanes, span, in_mesh):
-    """Return those of some rays that meet one child's box before their hit, looking at packets that have any."""
-    x, y, z = span.slab_x, span.slab_y, span.slab_z
-    near_x, far_x = scalar(nodes, child + x.near_plane), scalar(nodes, child + BOTH_X - x.near_plane)
-    near_y, far_y = scalar(nodes, child + y.near_plane), scalar(nodes, child + BOTH_Y - y.near_plane)
-    near_z, far_z = scalar(nodes, child + z.near_plane), scalar(nodes, child + BOTH_Z - z.near_plane)
-    met = np.int64(0)
+def _box(nodes, child, span):
+    """Return the Box of the child at a word."""
+    x, y, z = span.slab_x.near_plane, span.slab_y.near_plane, span.slab_z.near_plane
+    return Box(scalar(nodes, child + x), scalar(nodes, child + y), scalar(nodes, child + z),
+               scalar(nodes, child + BOTH_X - x), scalar(nodes, child + BOTH_Y - y), scalar(nodes, child + BOTH_Z - z))
+
+
+@inline
+def _overlapping(box, bundle, slot, span, in_mesh):
+    """Return which rays of a packet meet a box before their hit, as bits of an int64."""
+    rays, t = rays_at(bundle.rays, slot), load(bundle.hits, HIT.t + slot)
+    x0, x1 = fma(box.near_x, rays.inverse.x, rays.near_add.x), fma(box.far_x, rays.inverse.x, rays.far_add.x)
+    y0, y1 = fma(box.near_y, rays.inverse.y, rays.near_add.y), fma(box.far_y, rays.inverse.y, rays.far_add.y)
+    z0, z1 = fma(box.near_z, rays.inverse.z, rays.near_add.z), fma(box.far_z, rays.inverse.z, rays.far_add.z)
+    if span.mixed:  # a ray may meet its planes in the other order: its bounds are then on the wrong sides
+        x0, x1 = minimum(x0, x1) - rays.mixed_pad, maximum(x0, x1) + rays.mixed_pad
+        y0, y1 = minimum(y0, y1) - rays.mixed_pad, maximum(y0, y1) + rays.mixed_pad
+        z0, z1 = minimum(z0, z1) - rays.mixed_pad, maximum(z0, z1) + rays.mixed_pad
+    begin = f32(0.0)
+    if in_mesh:
+        begin = load(bundle.hits, HIT.begin + slot)
+    entry, leave = maximum(maximum(x0, y0), maximum(z0, begin)), minimum(minimum(x1, y1), minimum(z1, t))
+    return np.int64(bits(entry <= leave * BOX_SLACK)) << slot
+
+
+@inline
+def _meet_children(nodes, base, order, candidates, bundle, lanes, span, in_mesh, met):
+    """Write to `met` which of some rays meet each candidate among a node's children, looking at packets that have any.
+
+    Few children one after the other, each loaded once; many by one packet after the other, whose rays are loaded once.
+    """
+    if population_count(candidates) < _MANY:
+        while candidates:
+            place = np.int64(count_trailing_zeros(candidates))
+            candidates &= candidates - 1
+            box, left, found = _box(nodes, base + (order >> 4 * place & 7), span), lanes, np.int64(0)
+            while left:
+                slot = first_packet(left)
+                left = without_packet(left, slot)
+                found |= _overlapping(box, bundle, slot, span, in_mesh)
+            met[place] = found
+        return
+    for place in range(8):
+        met[place] = 0
     while lanes:
         slot = first_packet(lanes)
         lanes = without_packet(lanes, slot)
-        rays, t = rays_at(bundle.rays, slot), load(bundle.hits, HIT.t + slot)
-        x0, x1 = fma(near_x, rays.inverse.x, rays.near_add.x), fma(far_x, rays.inverse.x, rays.far_add.x)
-        y0, y1 = fma(near_y, rays.inverse.y, rays.near_add.y), fma(far_y, rays.inverse.y, rays.far_add.y)
-        z0, z1 = fma(near_z, rays.inverse.z, rays.near_add.z), fma(far_z, rays.inverse.z, rays.far_add.z)
-        if span.mixed:  # a ray may meet its planes in the other order: its bounds are then on the wrong sides
-            x0, x1 = minimum(x0, x1) - rays.mixed_pad, maximum(x0, x1) + rays.mixed_pad
-            y0, y1 = minimum(y0, y1) - rays.mixed_pad, maximum(y0, y1) + rays.mixed_pad
-            z0, z1 = minimum(z0, z1) - rays.mixed_pad, maximum(z0, z1) + rays.mixed_pad
-        begin = f32(0.0)
-        if in_mesh:
-            begin = load(bundle.hits, HIT.begin + slot)
-        entry, leave = maximum(maximum(x0, y0), maximum(z0, begin)), minimum(minimum(x1, y1), minimum(z1, t))
-        met |= np.int64(bits(entry <= leave * BOX_SLACK)) << slot
-    return met
+        left = candidates
+        while left:
+            place = np.int64(count_trailing_zeros(left))
+            left &= left - 1
+            box = _box(nodes, base + (order >> 4 * place & 7), span)
+            met[place] |= _overlapping(box, bundle, slot, span, in_mesh)
 
 
 class Stack(NamedTuple):
@@ -118,17 +161,18 @@ def push_children(scene, nodes, code, bundle, lanes, span, begin, limit, stack, 
         entry, leave = shuffle(entry, unpack8(order)), shuffle(leave, unpack8(order))
     candidates = bits(entry <= leave)
     store8(entries, 0, entry)
+    met = stack_longs(8)
+    _meet_children(nodes, base, order, candidates, bundle, lanes, span, in_mesh, met)
     while candidates:
         place = np.int64(count_trailing_zeros(candidates))
         candidates &= candidates - 1
         k = order >> 4 * place & 7
-        met = _overlapping(nodes, base + k, bundle, lanes, span, in_mesh)
-        if met:
-            child, distance = scalar_int(nodes, base + NODE.child + k), scalar(entries, place)
-            if in_mesh:
-                prefetch_subtree(scene, child)
-                _write(stack, size, child, distance, met)
-            else:
-                _insert(stack, bottom, size, child, distance, met)
+        child, distance = scalar_int(nodes, base + NODE.child + k), scalar(entries, place)
+        if in_mesh:  # without a branch on whether any ray meets it, which no processor can predict
+            prefetch_subtree(scene, child)
+            _write(stack, size, child, distance, met[place])
+            size += np.int64(met[place] != 0)
+        elif met[place]:
+            _insert(stack, bottom, size, child, distance, met[place])
             size += 1
     return size

@@ -120,20 +120,17 @@ def leaf(scene, inst, code, rays, singles, hits, slot, occlusion):
     b = _corners(words, base + _CORNER, rays, singles, slot)
     c = _corners(words, base + 2 * _CORNER, rays, singles, slot)
     wa, wb, wc, between = edges(a, b, c)
-    inside = bits(between)
-    inside &= (1 << (code % LEAF_STEP)) - 1
+    inside = bits(between) & ((1 << (code % LEAF_STEP)) - 1)
     if inside:
         ts, us, vs, near = meeting(a, b, c, wa, wb, wc, scalar(rays, RAY.shear + _Z + slot))
-        inside &= bits(near)
+        limit = scalar(hits, HIT.t + slot)
+        inside &= bits(near & (ts > 0.0) & (ts < limit if occlusion else ts <= limit))
+        if inside and occlusion:
+            store_scalar(hits, HIT.t + slot, DONE)
+            store_scalar_int(hits, HIT.prim + slot, code)
+            store_scalar_int(hits, HIT.inst + slot, inst)
+            return
         while inside:
             j = count_trailing_zeros(inside)
             inside &= inside - 1
-            this = extract(ts, j)
-            if not this > 0:
-                continue
-            if not occlusion:
-                keep(scene, base, inst, hits, slot, j, this, extract(us, j), extract(vs, j))
-            elif this < scalar(hits, HIT.t + slot):
-                store_scalar(hits, HIT.t + slot, DONE)
-                store_scalar_int(hits, HIT.prim + slot, code)
-                store_scalar_int(hits, HIT.inst + slot, inst)
+            keep(scene, base, inst, hits, slot, j, extract(ts, j), extract(us, j), extract(vs, j))

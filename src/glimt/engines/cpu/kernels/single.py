@@ -2,6 +2,9 @@
 
 While a ray's next node is on its way from memory, the others of the block have their turns: one after the other they
 would wait for most of the time.
+
+How many rays want a subtree, or whether a ray goes on, no processor can foresee, and a wrong guess costs as much as
+half a node: there are few branches on such things.
 """
 
 from typing import NamedTuple
@@ -18,6 +21,7 @@ from glimt.lanes import (
     bits,
     compress8,
     count_trailing_zeros,
+    first_bit,
     lane_numbers,
     load8_int,
     numbers8,
@@ -36,33 +40,53 @@ from glimt.lanes import (
 )
 from glimt.layout import BOX_SLACK, LEAF_STEP, NODE, STACK_SIZE, TRIANGLE_BLOCK
 
+REACH = BOX_SLACK * BOX_SLACK
+"""Distances on the stack of a ray may be too great by a child's number in their lowest bits."""
 _LINE = 16  # words of a cache line
 _PENDING = 32
 """Entries of a ray's stack for subtrees that its packet leaves to it, below those of its own walk."""
 _STACK = np.int64(_PENDING + STACK_SIZE + _LINE)
 """Words from one ray's stack to the next; no power of two, so that they do not share a few places of the cache."""
-_STACK_WORDS = SLOTS * (_PENDING + STACK_SIZE + _LINE)
+_STACK_WORDS = (SLOTS + 1) * (_PENDING + STACK_SIZE + _LINE)
+_BOTTOMS = SLOTS + LANES
+"""One ray more than there are: what is left to that one is left to nobody."""
+_FEW = 3
+"""A subtree is left to so few rays most often."""
 
 
 class Pending(NamedTuple):
-    """Subtrees that single rays still have to walk: each ray's stack, from `bottoms` up to its word _PENDING."""
+    """Subtrees that single rays still have to walk: each ray's stack, from `bottoms` up to its word _PENDING.
+
+    `count`: how many were left to anyone, so that no ray has more.
+    """
 
     stack: object
     distances: object
     bottoms: object
+    count: object
 
 
 @inline
 def new_pending():
     """Return room for subtrees that are left to the rays of a block."""
-    return Pending(stack_ints(_STACK_WORDS), stack_floats(_STACK_WORDS), stack_ints(SLOTS))
+    return Pending(stack_ints(_STACK_WORDS), stack_floats(_STACK_WORDS), stack_ints(_BOTTOMS), stack_ints(1))
 
 
 @inline
 def leave_nothing(pending):
     """Empty all stacks."""
-    for slot in range(0, SLOTS, LANES):
+    for slot in range(0, _BOTTOMS, LANES):
         store(pending.bottoms, slot, (lane_numbers() + np.int32(slot)) * np.int32(_STACK) + np.int32(_PENDING))
+    pending.count[0] = 0
+
+
+@inline
+def _leave_to_one(pending, slot, distance, code):
+    """Leave a subtree to one ray, or to nobody (SLOTS), whose stack does not grow."""
+    bottom = scalar_int(pending.bottoms, slot) - np.int32(slot < SLOTS)
+    store_scalar(pending.bottoms, slot, bottom)
+    store_scalar(pending.stack, bottom, code)
+    store_scalar(pending.distances, bottom, distance)
 
 
 @inline
@@ -71,19 +95,20 @@ def leave_to(pending, lanes, distance, code):
 
     Return whether there was room for it in all their stacks; else nothing is left to any of them.
     """
-    left = lanes
-    while left:
-        slot = np.int64(count_trailing_zeros(left))
-        left &= left - 1
-        if scalar_int(pending.bottoms, slot) == slot * _STACK:
-            return False
-    while lanes:
-        slot = np.int64(count_trailing_zeros(lanes))
+    if pending.count[0] >= _PENDING:
+        left = lanes
+        while left:
+            slot = np.int64(count_trailing_zeros(left))
+            left &= left - 1
+            if scalar_int(pending.bottoms, slot) == slot * _STACK:
+                return False
+    pending.count[0] += 1
+    for _ in range(_FEW):  # without a branch on how many there are, which no processor can predict
+        _leave_to_one(pending, np.int64(first_bit(lanes)), distance, code)
         lanes &= lanes - 1
-        bottom = scalar_int(pending.bottoms, slot) - 1
-        store_scalar(pending.bottoms, slot, bottom)
-        store_scalar(pending.stack, bottom, code)
-        store_scalar(pending.distances, bottom, distance)
+    while lanes:
+        _leave_to_one(pending, np.int64(count_trailing_zeros(lanes)), distance, code)
+        lanes &= lanes - 1
     return True
 
 
@@ -113,14 +138,14 @@ def push(nodes, code, rays, singles, hits, pending, top, slot):
     keys = shuffle(select(met, (as_int(entry) & np.int32(-8)) | numbers8(), np.int32(-1)), order)
     keys = compress8(keys, keys >= 0)
     store8(pending.stack, top, shuffle(load8_int(nodes, base + NODE.child), keys))
-    store8(pending.distances, top, as_float(keys & np.int32(-8)))
+    store8(pending.distances, top, as_float(keys))
     return top + population_count(bits(met))
 
 
 @inline
 def _next(scene, hits, pending, codes, tops, top, slot):
     """Take a ray's nearest entry from its stack; return the ray's bit, 0 when none is left before its hit."""
-    bottom, limit = scalar_int(pending.bottoms, slot), scalar(hits, HIT.t + slot) * BOX_SLACK
+    bottom, limit = scalar_int(pending.bottoms, slot), scalar(hits, HIT.t + slot) * REACH
     while top > bottom:
         top -= 1
         if scalar(pending.distances, top) <= limit:

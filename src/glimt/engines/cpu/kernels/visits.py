@@ -14,7 +14,7 @@ from glimt.engines.cpu.kernels.debug import store_numbers
 from glimt.engines.cpu.kernels.hit import FAR, begin_hits, hit_at, replace, store_hit
 from glimt.engines.cpu.kernels.packet import fill_idle, rays_at, set_up
 from glimt.engines.cpu.kernels.ray import leaf, put_single
-from glimt.engines.cpu.kernels.single import Pending, push
+from glimt.engines.cpu.kernels.single import REACH, Pending, push
 from glimt.engines.cpu.kernels.sphere import sphere_hit
 from glimt.engines.cpu.kernels.tile import take_tile
 from glimt.engines.cpu.kernels.traverse import to_object
@@ -34,7 +34,7 @@ from glimt.lanes import (
     stack_ints,
     store_scalar,
 )
-from glimt.layout import BOX_SLACK, CANCEL, INSTANCE, INSTANCE_BLOCK, LEAF_STEP, MISS, SPHERE_KIND, STACK_SIZE, TILE
+from glimt.layout import CANCEL, INSTANCE, INSTANCE_BLOCK, LEAF_STEP, MISS, SPHERE_KIND, STACK_SIZE, TILE
 
 _STACK_WORDS = 2 * STACK_SIZE + 16
 """A mesh is walked on top of what is left of the scene's tree; eight children are stored at a time."""
@@ -43,7 +43,7 @@ _STACK_WORDS = 2 * STACK_SIZE + 16
 @inline
 def _pop(stack, hits, top, bottom, slot):
     """Return (whether there is a next entry before the hit, its place on the stack)."""
-    limit = scalar(hits, HIT.t + slot) * BOX_SLACK
+    limit = scalar(hits, HIT.t + slot) * REACH
     while top > bottom:
         top -= 1
         if scalar(stack.distances, top) <= limit:
@@ -159,7 +159,7 @@ def count_visits(scene, light_count, view, values, control, counters, recorded):
     """
     here = arrays(scene, light_count, view, counters, recorded)
     block, singles, local_singles = new_block(), stack_floats(SINGLE_WORDS), stack_floats(SINGLE_WORDS)
-    stack = Pending(stack_ints(_STACK_WORDS), stack_floats(_STACK_WORDS), stack_ints(1))
+    stack = Pending(stack_ints(_STACK_WORDS), stack_floats(_STACK_WORDS), stack_ints(1), stack_ints(1))
     height, width, centre = values.shape[0], values.shape[1], np.float32(0.5)
     while True:
         left, top = take_tile(control, counters, width, height)
