@@ -2,6 +2,7 @@
 
 import os
 import pty
+import select
 import signal
 import subprocess
 import sys
@@ -45,18 +46,20 @@ def test_ctrl_c_while_rendering(ball, tmp_path):
     terminal, theirs = pty.openpty()
     process = subprocess.Popen([*COMMAND, "render", "ball.toml", "--size", "4096x4096", "--samples", "64"],
                                cwd=tmp_path, stdout=subprocess.PIPE, stderr=theirs, env={**os.environ, "TERM": "xterm"})
-    os.close(theirs)
     try:
         shown = b""
         while b"rendering" not in shown:
+            assert select.select([terminal], [], [], 600)[0], shown
             shown += os.read(terminal, 4096)
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=60)
-        while b"interrupted" not in shown:
+        while select.select([terminal], [], [], 1)[0]:  # all that it wrote; its end stays open, or some might be lost
             shown += os.read(terminal, 4096)
     finally:
         process.kill()
+        os.close(theirs)
         os.close(terminal)
+    assert b"interrupted" in shown
     assert process.returncode == 130
     assert out == b""
     assert b"Traceback" not in shown
