@@ -57,11 +57,11 @@ def pack8(typing_context, x):
 
 @intrinsic
 def unpack8(typing_context, word):
-    """Return the eight numbers that `pack8` has put in an int32, in the lowest three bits as for `shuffle`."""
+    """Return the eight numbers that `pack8` has put in an int32."""
     def emit(context, builder, sig, args):
         word = context.cast(builder, args[0], sig.args[0], types.int32)
         repeated = broadcast(context, builder, word, types.int32, _I32X8)
-        return builder.lshr(repeated, _order(_NIBBLES))
+        return builder.and_(builder.lshr(repeated, _order(_NIBBLES)), _order([7] * 8))
 
     return _I32X8(word), emit
 
