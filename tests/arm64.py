@@ -12,13 +12,14 @@ import numba
 import numpy as np
 from numba.core.registry import cpu_target
 
+import glimt.kernel
 from glimt.bvh import subtrees
 from glimt.engines.cpu.kernels.debug import debug_tiles
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.radiance import RADIANCE
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.engines.cpu.kernels.visits import count_visits
-from glimt.kernel import _PartLibrary
+from glimt.kernel import _KernelLibrary
 from glimt.layout import VIEW
 from glimt.packed import PackedScene
 from glimt.packed.clearance_kernels import find_clearances
@@ -30,8 +31,8 @@ class _Lowered(Exception):  # noqa: N818 - not an error
     """Carries a kernel's LLVM module, with all that it calls."""
 
 
-class _Library(_PartLibrary):
-    """Hands over the module of one function where Numba would optimize it, and leaves those of others as they are."""
+class _Library(_KernelLibrary):
+    """Hands over the module of one kernel where Numba would optimize it, and leaves those of others as they are."""
 
     wanted = ""
 
@@ -66,9 +67,8 @@ def assembled(text):
 def main(folder):
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
-    codegen = cpu_target.target_context.codegen()
-    codegen._library_class = _Library
-    type(codegen).set_env = lambda codegen, name, environment: None  # there is no machine code to tell
+    glimt.kernel._KernelLibrary = _Library
+    type(cpu_target.target_context.codegen()).set_env = lambda codegen, name, environment: None  # nothing is assembled
 
     words, rows, ints, longs = (np.zeros(64, np.float32), np.zeros((2, 3), np.float32), np.zeros(64, np.int32),
                                 np.zeros(64, np.int64))

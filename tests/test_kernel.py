@@ -79,6 +79,51 @@ def test_a_strange_lane_width_is_refused(monkeypatch):
         kernel.host_lanes()
 
 
+_BESIDE = """
+import gc
+import numba
+import numpy
+from numba.core.registry import cpu_target
+from glimt.kernel import inline, kernel
+
+codegen = cpu_target.target_context.codegen()
+before = codegen._library_class
+
+@inline
+def half(x):
+    return 0.5 * x
+
+@inline
+def quarter(x):
+    return half(half(x))
+
+@kernel
+def part_in_part(x):
+    return quarter(x) + half(x)
+
+@kernel
+def broken(x):
+    return quarter(x) + "text"
+
+@numba.njit
+def other(x):
+    return x + 1
+
+try:
+    broken(1.0)
+except numba.TypingError:
+    print("refused", part_in_part(8.0), other(1), codegen._library_class is before, gc.isenabled())
+gc.disable()
+part_in_part(numpy.float32(8))
+print(gc.isenabled())
+"""
+
+
+def test_numba_and_garbage_are_as_before_after_a_kernel_was_compiled(program, tmp_path):
+    program.write_text(_BESIDE)
+    assert run(program, tmp_path) == ["refused", "6.0", "2", "True", "True", "False"]
+
+
 KERNEL_SOURCES = [*PACKAGE.glob("lanes/*.py"), *PACKAGE.glob("engines/cpu/kernels/[a-z]*.py"),
                   *(PACKAGE / name for name in ("kernel.py", "layout.py", "packed/packed_scene.py", "bvh/wide.py",
                                                 "bvh/binned_sah.py", "io/obj_parser.py", "io/obj_kernels.py"))]

@@ -23,6 +23,7 @@ from glimt.lanes import (
     stack_ints,
     store8,
     store_scalar,
+    store_scalar_int,
 )
 from glimt.layout import LEAF_SIZE, LEAF_STEP, NODE
 
@@ -42,7 +43,7 @@ how many wide nodes and leaves it has and how deep it is; then where these begin
 @kernel
 def prepare_boxes(lo, hi, boxes, bounds, counter):
     """Write boxes (lo, id, -hi, 0) of primitives, and the bounds of each chunk of them."""
-    n, low, high, target, ids = len(lo), pointer(lo), pointer(hi), pointer(boxes), pointer(boxes.view(np.int32))
+    n, low, high, target = len(lo), pointer(lo), pointer(hi), pointer(boxes)
     while True:
         chunk = atomic_add(counter, 0, 1)
         if chunk * CHUNK >= n:
@@ -53,7 +54,7 @@ def prepare_boxes(lo, hi, boxes, bounds, counter):
                 store_scalar(target, 8 * i + axis, scalar(low, 3 * i + axis) + np.float32(0))  # no zero is negative
                 store_scalar(target, 8 * i + 4 + axis, -(scalar(high, 3 * i + axis) + np.float32(0)))
             store_scalar(target, 8 * i + 7, np.float32(0))
-            store_scalar(ids, 8 * i + 3, ID_TAG | np.int32(i))
+            store_scalar_int(target, 8 * i + 3, ID_TAG | np.int32(i))
             whole = minimum(whole, load8(target, 8 * i))
         store8(bounds, 8 * chunk, whole)
 
@@ -119,7 +120,7 @@ def build_subtrees(boxes, spare, nodes, meta, cuts, leaf_size, tasks, mode, coun
 def lay_out(tasks, boxes, binary, meta, cuts, nodes, leaf_prims, counter):
     """Write the wide nodes and the leaf blocks of tasks to where they belong."""
     ids, source, pairs, chosen = pointer(boxes), pointer(binary), pointer(meta), pointer(cuts)
-    target, words, prims = pointer(nodes), pointer(nodes.view(np.int32)), pointer(leaf_prims)
+    target, prims = pointer(nodes), pointer(leaf_prims)
     while True:
         t = atomic_add(counter, 0, 1)
         if t >= len(tasks):
@@ -141,7 +142,7 @@ def lay_out(tasks, boxes, binary, meta, cuts, nodes, leaf_prims, counter):
                         prim = scalar_int(ids, 8 * (first + j) + 3) & ~ID_TAG if j < count else np.int32(-1)
                         store_scalar(prims, LEAF_SIZE * leaf + j, prim)
                     leaf += 1
-                store_scalar(words, base + k + NODE.child, code)
+                store_scalar_int(target, base + k + NODE.child, code)
             put_order(target, base)
             base += NODE.words
             cut += WIDTH

@@ -1,7 +1,7 @@
-"""Compiling the kernels on the first run, in two processes at once, with progress.
+"""Compiling the kernels on the first run, in two or three processes at once, with progress.
 
-Most of the time is Python's, in Numba, so threads would take turns: this process compiles the frame kernel, a second
-one what that calls and the tree builder, which are then found in the cache.
+Most of the time is Python's, in Numba, so threads would take turns: this process compiles the frame kernel, others what
+that calls, the tree builder and what develops films, which are then found in the cache.
 """
 
 import os
@@ -14,6 +14,7 @@ import numpy as np
 from numba.core import event
 
 from glimt import bvh
+from glimt.color import develop
 from glimt.engines.cpu.control import new_control, new_counters
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.traverse import TRACE
@@ -23,10 +24,10 @@ from glimt.layout import VIEW
 from glimt.packed import PackedScene
 
 STAGE = "compiling kernels, first run only"
-_FUNCTIONS = 97
+_FUNCTIONS = 82
 """About how many functions Numba compiles on the way; only the progress bar depends on it."""
 _PATIENCE_SECONDS = 300
-_CODE = "from glimt.engines.cpu.warm_up import compile_rest; compile_rest()"
+_CODE = "from glimt.engines.cpu.warm_up import compile_before_and_after, compile_traversal; "
 
 
 class _Steps(event.Listener):  # type: ignore[misc]
@@ -52,69 +53,85 @@ def compile_frame(progress: Progress) -> None:
                      new_control(), new_counters(1)[0], np.zeros((3, 7, 0), np.float32))
 
 
-def compile_rest() -> None:
-    """Compile the traversal and the tree builder."""
+def compile_traversal() -> None:
+    """Compile what the frame kernel calls."""
     TRACE.get_ready()
+
+
+def compile_before_and_after() -> None:
+    """Compile what comes before and after a frame, the tree builder and what develops films, by using them."""
     box = np.zeros((2, 3), np.float32)
     bvh.build(box, box + 1)
+    develop(np.zeros((1, 1, 4), np.float32))
 
 
-class Helper:
-    """Waits for the process that compiles the rest."""
+class Helpers:
+    """The processes that compile the rest, the first of them the traversal."""
 
-    def __init__(self, process: "subprocess.Popen[bytes]") -> None:
-        self._process = process
+    def __init__(self, processes: "list[subprocess.Popen[bytes]]") -> None:
+        self._processes = processes
 
     def wait_for_traversal(self) -> None:
-        """Wait until the traversal is compiled, which comes first, or nothing more can be expected."""
+        """Wait until the traversal is compiled, or nothing more can be expected."""
         for _ in range(20 * _PATIENCE_SECONDS):
-            if is_ready(TRACE) or self._process.poll() is not None:
+            if is_ready(TRACE) or self._processes[0].poll() is not None:
                 return
             time.sleep(0.05)
 
     def wait(self) -> None:
-        """Wait until it is done; whatever became of it, it is gone afterwards."""
+        """Wait until they are done; whatever became of them, they are gone afterwards."""
+        end = time.monotonic() + _PATIENCE_SECONDS
         try:
-            self._process.wait(_PATIENCE_SECONDS)
+            for process in self._processes:
+                process.wait(max(0.0, end - time.monotonic()))
         except subprocess.TimeoutExpired:
             pass
         finally:
-            self._process.kill()
-            self._process.wait()
+            for process in self._processes:
+                process.kill()
+                process.wait()
 
 
-_helper: Helper | None = None
+_helpers: Helpers | None = None
 
 
 def begin() -> None:
     """Start in the background to load machine code; or to compile it, and `compile_kernels` takes the result."""
-    global _helper
+    global _helpers
     if is_ready(render_tiles):
         threading.Thread(target=_load, name="glimt-load", daemon=True).start()  # LLVM works without the GIL
         return
-    if _helper is None and (os.cpu_count() or 1) > 1:
-        process = compile_elsewhere(_CODE)
-        _helper = Helper(process) if process else None
+    cores = os.cpu_count() or 1
+    if _helpers is None and cores > 1:
+        rest = ["compile_traversal()", "compile_before_and_after()"]
+        started = [compile_elsewhere(_CODE + each) for each in (rest if cores > 2 else ["; ".join(rest)])]
+        processes = [each for each in started if each]
+        _helpers = Helpers(processes) if processes else None
 
 
 def _load() -> None:
-    compile_rest()
+    _compile_rest()
     compile_frame(lambda stage, share: None)
+
+
+def _compile_rest() -> None:
+    compile_traversal()
+    compile_before_and_after()
 
 
 def compile_kernels(progress: Progress) -> None:
     """Compile every kernel of the engine and put it in the cache."""
-    global _helper
+    global _helpers
     progress(STAGE, 0.0)
     remove_stale_caches()
     begin()
-    helper, _helper = _helper, None
+    helpers, _helpers = _helpers, None
     try:
-        if helper:
-            TRACE.awaited = helper.wait_for_traversal
+        if helpers:
+            TRACE.awaited = helpers.wait_for_traversal
         compile_frame(progress)
     finally:
-        if helper:
-            helper.wait()
-    compile_rest()  # from the cache, unless the helper failed
+        if helpers:
+            helpers.wait()
+    _compile_rest()  # from the cache, unless a helper failed
     progress(STAGE, 1.0)

@@ -14,7 +14,7 @@ from glimt.engines.cpu.kernels.hit import block, hit_at, store_hit
 from glimt.engines.cpu.kernels.packet import ANY_AXIS, other_axes, permute, rays_at
 from glimt.engines.cpu.kernels.ray import keep
 from glimt.engines.cpu.kernels.triangle import AXIS, CORNER, edges, meeting, sheared, triangle_leaf
-from glimt.kernel import inline, routine
+from glimt.kernel import inline
 from glimt.lanes import (
     LANES,
     bits,
@@ -134,7 +134,7 @@ def _leaf_of_few(scene, inst, code, rays, hits, slot, lanes, occlusion):
         store_hit(hits, slot, block(hit_at(hits, slot), from_bits(blocked), np.int32(code), inst))
 
 
-@routine
+@inline
 def meet_leaf(scene, inst, code, bundle, lanes, distance):
     """Test the triangles of a leaf of a mesh's tree for those of some rays that still look as far as `distance`."""
     while lanes:

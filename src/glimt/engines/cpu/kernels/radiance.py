@@ -21,7 +21,7 @@ from glimt.layout import BOUNCE, INTERSECT, MISS, SHADE, VIEW
 @inline
 def _points(scene, block, packets, spread, depth):
     """Write the surface points that rays have hit; the others see the background. Return the packets with any."""
-    met = np.int32(0)
+    met = np.int64(0)
     while packets:
         slot = first_slot(packets)
         packet = packets & -packets
@@ -65,7 +65,7 @@ def radiance_of_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances
                    tangents, materials, textures, levels, texels, lights, spans, light_count, span_count, view_words,
                    counters, recorded, room)
     block = Block(rays, hits, shadow_rays, shadow_hits, local, paths, points, sums, active, found, occluders)
-    time = tick(scene)
+    packets, time = np.int64(packets), tick(scene)
     for depth in range(max_bounces + 1):
         intersect(scene, block, packets, depth == 0)
         time = lap(scene, INTERSECT, time)

@@ -53,7 +53,7 @@ def _walk_mesh(scene, root, bundle, packets, lanes, span, begin, inst, pending):
     The more nodes packets have visited, the less their rays have in common: then a node that few of them want is left
     to single rays, and by and by every node. A leaf costs packets no more. Return the rays to which something was left.
     """
-    stack, size, visited, left = new_stack(), 0, 0, np.int64(0)
+    stack, size, visited, left = new_stack(), np.int64(0), 0, np.int64(0)
     limit, code, here, distance = farthest(bundle.hits, packets), np.int32(root), lanes, np.float32(0)
     while True:
         if code >= 0:
@@ -113,7 +113,7 @@ def _mesh(scene, inst, record, bundle, lanes, clear, pending, known, known_span)
 
     `clear`: whether some rays begin later than at 0; `known` are packets whose Interval there is known already.
     """
-    root, alone, left = scalar_int(scene.instances, record + INSTANCE.root), False, np.int64(0)
+    root, alone, left = scalar_int(scene.instances, record + INSTANCE.root), np.bool_(False), np.int64(0)
     packets = packets_of(lanes)
     leave_nothing(pending)
     while packets:
@@ -184,7 +184,7 @@ def _instances(scene, code, bundle, lanes, pending, packets, span):
 @inline
 def _walk_scene(scene, bundle, packets, span, pending):
     """Walk the scene's tree, nearest children first."""
-    stack, size, root = new_stack(), 0, np.int32(0)
+    stack, size, root = new_stack(), np.int64(0), np.int32(0)
     limit, code, here = farthest(bundle.hits, packets), root, all_lanes_of(packets)
     while True:
         if code >= 0:
@@ -212,6 +212,12 @@ def _triangles_in(words, block):
 
 
 @routine
+def _test_leaf(scene, inst, code, bundle, packets):
+    """Test the triangles of a leaf for all rays of some packets."""
+    meet_leaf(scene, inst, code, bundle, all_lanes_of(packets), np.float32(0))
+
+
+@routine
 def _test_everything(scene, bundle, packets):
     """Test every sphere and every triangle against some packets, one after the other, as if there were no trees."""
     for index in range(scene.span_count):
@@ -222,8 +228,8 @@ def _test_everything(scene, bundle, packets):
         placed, span = _in_space_of(scene, record, bundle, packets), np.int64(index) * SPAN.words
         first = scalar_int(scene.spans, span + SPAN.first_block)
         for block in range(first, first + scalar_int(scene.spans, span + SPAN.blocks)):
-            code = np.int32(block * LEAF_STEP + _triangles_in(scene.blas_blocks, block))
-            meet_leaf(scene, inst, code, placed, all_lanes_of(packets), np.float32(0))
+            code = np.int64(block * LEAF_STEP + _triangles_in(scene.blas_blocks, block))
+            _test_leaf(scene, inst, code, placed, packets)
             if bundle.occlusion and farthest(bundle.hits, packets) < 0:
                 return
 
@@ -235,9 +241,8 @@ def _try_leaf(scene, inst, leaf, bundle, packets):
     if scalar_int(scene.instances, record + INSTANCE.kind) == SPHERE_KIND:
         _sphere(scene, inst, record, bundle, packets)
     else:
-        meet_leaf(scene, inst, leaf, _in_space_of(scene, record, bundle, packets), all_lanes_of(packets),
-                  np.float32(0))
-    left = np.int32(0)
+        _test_leaf(scene, inst, leaf, _in_space_of(scene, record, bundle, packets), packets)
+    left = np.int64(0)
     while packets:
         if any_lane(load(bundle.hits, HIT.t + first_slot(packets)) > 0.0):
             left |= packets & -packets
@@ -250,12 +255,13 @@ def trace_rays(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, face
     """Do what `trace` asks for: the half of every kernel that follows rays."""
     scene = Trees(tlas_nodes, tlas_blocks, blas_nodes, blas_blocks, instances, faces, spans, span_count)
     bundle = Bundle(rays, local, hits, flags & SHARED_ORIGIN != 0, flags & OCCLUSION != 0)
+    packets = np.int64(packets)
     if span_count:
         _test_everything(scene, bundle, packets)
         return 0
-    pending, alone = new_pending(), False
+    pending, alone = new_pending(), np.bool_(False)
     if first_inst != MISS:
-        packets = _try_leaf(scene, first_inst, first_leaf, bundle, packets)
+        packets = _try_leaf(scene, first_inst, np.int64(first_leaf), bundle, packets)
     while packets:
         group, span = _next_group(rays, packets, alone, bundle.shared_origin)
         alone = group != packets
