@@ -12,14 +12,13 @@ import numba
 import numpy as np
 from numba.core.registry import cpu_target
 
-import glimt.kernel
 from glimt.bvh import subtrees
 from glimt.engines.cpu.kernels.debug import debug_tiles
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.radiance import RADIANCE
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.engines.cpu.kernels.visits import count_visits
-from glimt.kernel import _KernelLibrary
+from glimt.kernel import _KernelLibrary, _PartLibrary
 from glimt.layout import VIEW
 from glimt.packed import PackedScene
 from glimt.packed.clearance_kernels import find_clearances
@@ -31,19 +30,13 @@ class _Lowered(Exception):  # noqa: N818 - not an error
     """Carries a kernel's LLVM module, with all that it calls."""
 
 
-class _Library(_KernelLibrary):
-    """Hands over the module of one kernel where Numba would optimize it, and leaves those of others as they are."""
-
-    wanted = ""
-
-    def _optimize_final_module(self):
-        if self.name == self.wanted:
-            raise _Lowered(str(self._final_module))
+def hand_over(library):
+    """Hand over the module of a kernel where Numba would optimize it."""
+    raise _Lowered(str(library._final_module))
 
 
 def lowered(name, compile_kernel):
     """Return the LLVM module of the kernel of that name as text, before it is optimized."""
-    _Library.wanted = name
     try:
         compile_kernel()
     except _Lowered as module:
@@ -67,8 +60,8 @@ def assembled(text):
 def main(folder):
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
-    glimt.kernel._KernelLibrary = _Library
-    type(cpu_target.target_context.codegen()).set_env = lambda codegen, name, environment: None  # nothing is assembled
+    _KernelLibrary._optimize_final_module = hand_over
+    cpu_target.target_context.codegen()._library_class = _PartLibrary  # nothing else is assembled either
 
     words, rows, ints, longs = (np.zeros(64, np.float32), np.zeros((2, 3), np.float32), np.zeros(64, np.int32),
                                 np.zeros(64, np.int64))

@@ -162,7 +162,7 @@ def kernel(function: Callable[..., Any]) -> Any:
 
     @functools.wraps(compile_alone)
     def compile_whole(signature: Any) -> Any:
-        with _libraries(_KernelLibrary):
+        with _library(function, _KernelLibrary):
             return compile_alone(signature)
 
     dispatcher.compile = compile_whole
@@ -204,7 +204,7 @@ class SharedKernel:
         """Load it, or compile it if this machine has not done so yet."""
         if not self._address.value:
             self.awaited()
-            with _libraries(_KernelLibrary):
+            with _library(self.py_func, _KernelLibrary):
                 self._compiled.compile()
             self._address.value = self._compiled.address
 
@@ -313,16 +313,28 @@ class _KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 
 @contextlib.contextmanager
-def _libraries(kind: type[JITCodeLibrary]) -> Iterator[None]:
-    """Have Numba make code libraries of one kind, for this thread, and not look for garbage: a seventh of its time."""
+def _library(function: Callable[..., Any], kind: type[JITCodeLibrary]) -> Iterator[None]:
+    """Have Numba keep the code of a function in this kind of library, and look for no garbage: a seventh of its time.
+
+    What it compiles on the way and is not ours may be called by others, too, and is compiled as ever.
+    """
     with global_compiler_lock:
         codegen, collects = cpu_target.target_context.codegen(), gc.isenabled()
-        before, codegen._library_class = codegen._library_class, kind
+        create, set_environment = codegen.create_library, codegen.set_env
+
+        def create_library(name: str) -> Any:
+            return (kind if name == function.__qualname__ else codegen._library_class)(codegen, name)
+
+        def set_env(name: str, environment: Any) -> None:
+            if codegen._engine.is_symbol_defined(name):  # a part has no machine code to tell
+                set_environment(name, environment)
+
+        codegen.create_library, codegen.set_env = create_library, set_env
         gc.disable()
         try:
             yield
         finally:
-            codegen._library_class = before
+            codegen.create_library, codegen.set_env = create, set_environment
             if collects:
                 gc.enable()
 
@@ -337,13 +349,8 @@ def _part(dispatcher: Any) -> Any:
 
     @functools.wraps(compile_fully)
     def compile_part(signature: Any) -> Any:
-        with _libraries(_PartLibrary):
-            codegen = dispatcher.targetctx.codegen()
-            set_env, codegen.set_env = codegen.set_env, lambda name, environment: None  # no machine code to tell
-            try:
-                return compile_fully(signature)
-            finally:
-                codegen.set_env = set_env
+        with _library(dispatcher.py_func, _PartLibrary):
+            return compile_fully(signature)
 
     dispatcher.compile = compile_part
     return dispatcher
