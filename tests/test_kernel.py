@@ -120,11 +120,15 @@ def broken(n):
 def theirs(n):
     return shared(n)
 
+@numba.njit
+def with_parts(n):
+    return part(n) + half(n)
+
 codegen = cpu_target.target_context.codegen()
 try:
     broken(4.0)
 except numba.TypingError:
-    print("refused", ours(4.0), theirs(4.0), triangular(4.0))
+    print("refused", ours(4.0), theirs(4.0), triangular(4.0), with_parts(4.0))
 print(type(codegen.create_library("some")).__name__, gc.isenabled())
 gc.disable()
 ours(4)
@@ -134,7 +138,7 @@ print(gc.isenabled())
 
 def test_what_is_not_ours_is_compiled_as_ever(program, tmp_path):
     program.write_text(_BESIDE)
-    assert run(program, tmp_path) == ["refused", "10.0", "7.0", "6.0", "JITCodeLibrary", "True", "False"]
+    assert run(program, tmp_path) == ["refused", "10.0", "7.0", "6.0", "10.0", "JITCodeLibrary", "True", "False"]
 
 
 KERNEL_SOURCES = [*PACKAGE.glob("lanes/*.py"), *PACKAGE.glob("engines/cpu/kernels/[a-z]*.py"),

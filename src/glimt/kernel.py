@@ -290,6 +290,16 @@ class _PartLibrary(JITCodeLibrary):  # type: ignore[misc]
         self._final_module.verify()
         self._finalized = True
 
+    def module_alone(self) -> Any:
+        """Return the code of this part, without what it calls."""
+        return super()._get_module_for_linking()
+
+    def _get_module_for_linking(self) -> Any:
+        """Return its code with what it calls, for functions that are not ours."""
+        module = self.module_alone().clone()
+        _link_all(module, self._linking_libraries)
+        return module
+
     def get_pointer_to_function(self, name: str) -> int:
         del name
         return 0
@@ -302,14 +312,21 @@ class _KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
 
     def finalize(self) -> None:
         """Link each of them once, then optimize and assemble the whole."""
-        needed = dict.fromkeys(self._linking_libraries)
-        todo = list(needed)
-        while todo:
-            new = [each for each in todo.pop()._linking_libraries if each not in needed]
-            needed |= dict.fromkeys(new)
-            todo += new
-        self._linking_libraries = list(needed)
+        _link_all(self._final_module, self._linking_libraries)
+        self._linking_libraries = []
         super().finalize()
+
+
+def _link_all(module: Any, libraries: list[Any]) -> None:
+    """Link libraries, and those that parts among them need in turn, into an LLVM module, each once."""
+    needed, todo = dict.fromkeys(libraries), list(libraries)
+    while todo:
+        library = todo.pop()
+        is_part = isinstance(library, _PartLibrary)
+        module.link_in(library.module_alone() if is_part else library._get_module_for_linking(), preserve=True)
+        new = [each for each in library._linking_libraries if each not in needed] if is_part else []
+        needed |= dict.fromkeys(new)
+        todo += new
 
 
 @contextlib.contextmanager

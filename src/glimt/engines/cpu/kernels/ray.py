@@ -9,7 +9,7 @@ import numpy as np
 
 from glimt.engines.cpu.kernels.block import HIT, RAY, SINGLE, SLOTS
 from glimt.engines.cpu.kernels.hit import DONE, number_of
-from glimt.engines.cpu.kernels.triangle import edges, meeting
+from glimt.engines.cpu.kernels.triangle import AXIS, CORNER, edges, meeting
 from glimt.kernel import inline
 from glimt.lanes import (
     bits,
@@ -30,10 +30,8 @@ from glimt.lanes import (
     store_scalar,
     store_scalar_int,
 )
-from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, LEAF_SIZE, LEAF_STEP, NODE, TRIANGLE_BLOCK
+from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, LEAF_STEP, NODE, TRIANGLE_BLOCK
 
-_AXIS = np.int64(LEAF_SIZE)
-_CORNER = np.int64(3 * LEAF_SIZE)
 _Y, _Z = np.int64(SLOTS), np.int64(2 * SLOTS)  # words from a vector's x to its y and z
 
 
@@ -57,7 +55,7 @@ def put_single(rays, singles, slot):
         order = order + select(inverse >= 0.0, i32(0), i32(1 << k))
     store(singles, SINGLE.order + slot, order)
     longest = load_int(rays, RAY.longest + slot)
-    x, y, z = i32(0), i32(_AXIS), i32(2 * _AXIS)
+    x, y, z = i32(0), i32(AXIS), i32(2 * AXIS)
     longest_x, longest_y = longest == 0, longest == 1
     store(singles, SINGLE.axis + slot, select(longest_x, y, select(longest_y, z, x)))
     store(singles, SINGLE.axis + _Y + slot, select(longest_x, z, select(longest_y, x, y)))
@@ -117,8 +115,8 @@ def leaf(scene, inst, code, rays, singles, hits, slot, occlusion):
     words = scene.blas_blocks
     base = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
     a = _corners(words, base, rays, singles, slot)
-    b = _corners(words, base + _CORNER, rays, singles, slot)
-    c = _corners(words, base + 2 * _CORNER, rays, singles, slot)
+    b = _corners(words, base + CORNER, rays, singles, slot)
+    c = _corners(words, base + 2 * CORNER, rays, singles, slot)
     wa, wb, wc, between = edges(a, b, c)
     inside = bits(between) & ((1 << (code % LEAF_STEP)) - 1)
     if inside:
