@@ -319,7 +319,8 @@ class _KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 def _link_all(module: Any, libraries: list[Any]) -> None:
     """Link libraries, and those that parts among them need in turn, into an LLVM module, each once."""
-    needed, todo = dict.fromkeys(libraries), list(libraries)
+    needed = dict.fromkeys(libraries)
+    todo = list(needed)
     while todo:
         library = todo.pop()
         is_part = isinstance(library, _PartLibrary)
@@ -331,7 +332,7 @@ def _link_all(module: Any, libraries: list[Any]) -> None:
 
 @contextlib.contextmanager
 def _library(function: Callable[..., Any], kind: type[JITCodeLibrary]) -> Iterator[None]:
-    """Have Numba keep the code of a function in this kind of library, and look for no garbage: a seventh of its time.
+    """Have Numba keep the code of a function in this kind of library, and look for no garbage: a tenth of its time.
 
     What it compiles on the way and is not ours may be called by others, too, and is compiled as ever.
     """
