@@ -158,16 +158,8 @@ def kernel(function: Callable[..., Any]) -> Any:
     dispatcher = numba.njit(**_OPTIONS)(function)
     with contextlib.suppress(RuntimeError):  # no folder can be written: the dispatcher keeps its null cache
         dispatcher._cache = _Cache(function)
-    compile_alone = dispatcher.compile
-
-    @functools.wraps(compile_alone)
-    def compile_whole(signature: Any) -> Any:
-        with _library(function, _KernelLibrary):
-            return compile_alone(signature)
-
-    dispatcher.compile = compile_whole
     KERNELS.append(dispatcher)
-    return dispatcher
+    return _kept_in(_KernelLibrary, dispatcher)
 
 
 class SharedKernel:
@@ -270,16 +262,20 @@ def compile_elsewhere(code: str) -> "subprocess.Popen[bytes] | None":
 
 def inline(function: Callable[..., Any]) -> Any:
     """Compile `function` into each kernel that calls it."""
-    return _part(numba.njit(forceinline=True, **_PART_OPTIONS)(function))
+    return _kept_in(_PartLibrary, numba.njit(forceinline=True, **_PART_OPTIONS)(function))
 
 
 def routine(function: Callable[..., Any]) -> Any:
     """Compile `function` once and call it from kernels: for what is too large to be repeated at each call."""
-    return _part(numba.njit(**_PART_OPTIONS)(function))
+    return _kept_in(_PartLibrary, numba.njit(**_PART_OPTIONS)(function))
 
 
 class _PartLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """The code of a part: LLVM IR as it was written, to be linked into kernels. It is never optimized or assembled."""
+    """The code of a part: LLVM IR as it was written, to be linked into kernels, which are optimized as a whole.
+
+    Numba would optimize and assemble every function by itself and again in each function that calls it, which doubles
+    the time of a cold start.
+    """
 
     def _optimize_functions(self, module: Any) -> None:
         module.data_layout = self._codegen._data_layout
@@ -357,18 +353,14 @@ def _library(function: Callable[..., Any], kind: type[JITCodeLibrary]) -> Iterat
                 gc.enable()
 
 
-def _part(dispatcher: Any) -> Any:
-    """Make Numba leave `dispatcher` as it is: the kernel it becomes a part of is optimized once, as a whole.
+def _kept_in(kind: type[JITCodeLibrary], dispatcher: Any) -> Any:
+    """Return `dispatcher`, whose code Numba will keep in this kind of library."""
+    compile_alone = dispatcher.compile
 
-    Numba would optimize and assemble every function by itself and again in each function that calls it, which doubles
-    the time of a cold start.
-    """
-    compile_fully = dispatcher.compile
+    @functools.wraps(compile_alone)
+    def compile_into(signature: Any) -> Any:
+        with _library(dispatcher.py_func, kind):
+            return compile_alone(signature)
 
-    @functools.wraps(compile_fully)
-    def compile_part(signature: Any) -> Any:
-        with _library(dispatcher.py_func, _PartLibrary):
-            return compile_fully(signature)
-
-    dispatcher.compile = compile_part
+    dispatcher.compile = compile_into
     return dispatcher

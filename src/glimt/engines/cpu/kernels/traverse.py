@@ -228,7 +228,7 @@ def _test_everything(scene, bundle, packets):
         placed, span = _in_space_of(scene, record, bundle, packets), np.int64(index) * SPAN.words
         first = scalar_int(scene.spans, span + SPAN.first_block)
         for block in range(first, first + scalar_int(scene.spans, span + SPAN.blocks)):
-            code = np.int64(block * LEAF_STEP + _triangles_in(scene.blas_blocks, block))
+            code = block * LEAF_STEP + _triangles_in(scene.blas_blocks, block)
             _test_leaf(scene, inst, code, placed, packets)
             if bundle.occlusion and farthest(bundle.hits, packets) < 0:
                 return
