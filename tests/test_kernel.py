@@ -141,6 +141,43 @@ def test_what_is_not_ours_is_compiled_as_ever(program, tmp_path):
     assert run(program, tmp_path) == ["refused", "10.0", "7.0", "6.0", "10.0", "JITCodeLibrary", "True", "False"]
 
 
+_NEVER_CALLED = """
+import numpy
+from glimt.kernel import inline, kernel
+
+@inline
+def half(n):
+    return 0.5 * n
+
+@inline
+def never_called(n):
+    return half(n)
+
+@inline
+def called(n):
+    return half(n) + 1.0
+
+@kernel
+def before(numbers):
+    if numbers[0] == 0.1:  # no float32 is, so that LLVM leaves the call out
+        return never_called(numbers[1])
+    return called(numbers[1])
+
+@kernel
+def after(numbers):
+    if numbers[0] != 0.1:
+        return called(numbers[1])
+    return never_called(numbers[1])
+
+print(before(numpy.ones(2, numpy.float32)), after(numpy.ones(2, numpy.float32)))
+"""
+
+
+def test_what_a_part_needs_is_linked_though_a_part_that_is_never_called_needs_it_first(program, tmp_path):
+    program.write_text(_NEVER_CALLED)
+    assert run(program, tmp_path) == ["1.5", "1.5"]
+
+
 KERNEL_SOURCES = [*PACKAGE.glob("lanes/*.py"), *PACKAGE.glob("engines/cpu/kernels/[a-z]*.py"),
                   *(PACKAGE / name for name in ("kernel.py", "layout.py", "packed/packed_scene.py", "bvh/wide.py",
                                                 "bvh/binned_sah.py", "io/obj_parser.py", "io/obj_kernels.py"))]

@@ -314,16 +314,24 @@ class _KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 
 def _link_all(module: Any, libraries: list[Any]) -> None:
-    """Link libraries, and those that parts among them need in turn, into an LLVM module, each once."""
-    needed = dict.fromkeys(libraries)
-    todo = list(needed)
-    while todo:
-        library = todo.pop()
+    """Link libraries, and those that parts among them need in turn, into an LLVM module, each once.
+
+    What calls comes before what it calls: LLVM leaves out a function that nothing linked so far refers to.
+    """
+    last_first: dict[Any, None] = {}
+    for library in libraries:
+        _add_after_its_parts(library, last_first)
+    for library in reversed(last_first):
         is_part = isinstance(library, _PartLibrary)
         module.link_in(library.module_alone() if is_part else library._get_module_for_linking(), preserve=True)
-        new = [each for each in library._linking_libraries if each not in needed] if is_part else []
-        needed |= dict.fromkeys(new)
-        todo += new
+
+
+def _add_after_its_parts(library: Any, ordered: dict[Any, None]) -> None:
+    """Add a library to those found so far, after all that it needs."""
+    if library not in ordered:
+        for each in library._linking_libraries if isinstance(library, _PartLibrary) else ():
+            _add_after_its_parts(each, ordered)
+        ordered[library] = None
 
 
 @contextlib.contextmanager
