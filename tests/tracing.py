@@ -48,7 +48,10 @@ def _rays(origins, directions, t_max, active):
     """Return (7, n) rays, filled up with idle ones."""
     count = len(directions)
     rays = np.zeros((7, -(-count // _GRANULE) * _GRANULE), np.float32)
-    rays[:3, :count] = np.broadcast_to(np.asarray(origins, np.float32), (count, 3)).T
+    if np.ndim(origins) == 1:
+        rays[:3], rays[:3, 0] = np.nan, origins  # none but the first is read
+    else:
+        rays[:3, :count] = np.asarray(origins, np.float32).T
     rays[3:6, :count] = np.asarray(directions, np.float32).T
     rays[6, :count] = np.broadcast_to(np.asarray(t_max, np.float32), count)
     if active is not None:

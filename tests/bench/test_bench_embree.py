@@ -41,10 +41,10 @@ def tracers():
     return Tracers(EmbreeScene(mixed_scene()))
 
 
-def ask(tracers, how, rays, ends, occlusion):
+def ask(tracers, how, rays, ends, occlusion, shared_origin=False):
     rays = np.ascontiguousarray(np.concatenate([rays, ends[None]]), np.float32)
     t, prims = np.full(rays.shape[1] + 16, -7, np.float32), np.full(rays.shape[1] + 16, -7, np.int32)
-    tracers.get(how, occlusion)(rays, t, prims, np.zeros(1, np.int64))
+    tracers.get(how, occlusion, shared_origin)(rays, t, prims, np.zeros(1, np.int64))
     assert (t[rays.shape[1]:] == -7).all()  # nothing is written past the last ray
     assert (prims[rays.shape[1]:] == -7).all()
     return t[:rays.shape[1]], prims[:rays.shape[1]]
@@ -75,6 +75,18 @@ def test_occlusion_ends_where_the_ray_does(tracers, answers):
         t, _ = ask(tracers, how, rays, ends, True)
         clear = np.abs(expected - ends) > 1e-4
         np.testing.assert_array_equal((t < 0)[clear], (expected < ends)[clear], err_msg=str(how))
+
+
+def test_an_origin_that_all_share_is_that_of_the_first(tracers, answers):
+    given, ends = answers[0], np.full(COUNT, np.inf, np.float32)
+    rays = np.concatenate([given[:3, :1].repeat(COUNT, 1), given[:3] + given[3:] - given[:3, :1]])
+    others = rays.copy()
+    others[:3, 1:] = 100
+    for how in tracers.configurations:
+        for occlusion in (False, True):
+            t, prims = ask(tracers, how, rays, ends, occlusion)
+            assert 0.1 < (t < (0 if occlusion else np.inf)).mean() < 0.9
+            np.testing.assert_array_equal(ask(tracers, how, others, ends, occlusion, True), (t, prims), str(how))
 
 
 def test_a_mesh_without_triangles_is_left_out():

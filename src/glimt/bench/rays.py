@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from glimt import linalg
 from glimt.bench.embree import EmbreeScene
-from glimt.bench.embree_rays import Configuration, Tracers
+from glimt.bench.embree_rays import Configuration, Tracers, in_lines
 from glimt.bench.measure import Tell, interleave, machine, median, over_threads
 from glimt.bench.results import AT_ONCE
+from glimt.bvh import aligned
 from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.engines.cpu.kernels.query import NO_SOURCES, find_blocked, find_hits
 from glimt.layout import FACE, INSTANCE, dtype
@@ -73,7 +74,7 @@ def _join(origins: NDArray[Any], directions: NDArray[Any], t_max: float = np.inf
     count = len(origins) // _GRANULE * _GRANULE
     rays = np.full((7, count), t_max, np.float32)
     rays[:3], rays[3:6] = origins[:count].T, directions[:count].T
-    return rays
+    return in_lines(rays)
 
 
 def _sources(packed: PackedScene, prims: NDArray[np.int32], turned: NDArray[Any], normals: NDArray[Any],
@@ -92,7 +93,7 @@ def _sources(packed: PackedScene, prims: NDArray[np.int32], turned: NDArray[Any]
     sources[1] = (abs(unit) / lengths)[:count]
     sources[2] = ((normals * directions).sum(1) / lengths)[:count]
     sources[3] = (2 * offset / lengths)[:count]
-    return sources
+    return in_lines(sources)
 
 
 def _primary(camera: Camera, size: int) -> Rays:
@@ -130,8 +131,8 @@ def measure_mesh(mesh: Mesh, size: int = 1024, threads: tuple[int, ...] = (1,), 
 def _measure_set(mesh: Mesh, packed: PackedScene, embree: Tracers, ray_set: RaySet, pool: ThreadPoolExecutor,
                  threads: int, rounds: int) -> dict[str, Any]:
     rays, n = ray_set.rays, ray_set.rays.shape[1]
-    floats, ids, blocked = np.zeros((3, n), np.float32), np.zeros((2, n), np.int32), np.zeros(n, np.float32)
-    t, prims = np.zeros(n, np.float32), np.zeros(n, np.int32)
+    floats, ids, blocked = aligned(3 * n).reshape(3, n), aligned(2 * n, np.int32).reshape(2, n), aligned(n)
+    t, prims = aligned(n), aligned(n, np.int32)
 
     def ours(sources: Rays, chunk: NDArray[np.int64]) -> None:
         if ray_set.occlusion:
@@ -140,7 +141,7 @@ def _measure_set(mesh: Mesh, packed: PackedScene, embree: Tracers, ray_set: RayS
             find_hits(packed, rays, sources, ray_set.shared_origin, floats, ids, chunk)
 
     def theirs(how: Configuration) -> Callable[[], None]:
-        trace = embree.get(how, ray_set.occlusion)
+        trace = embree.get(how, ray_set.occlusion, ray_set.shared_origin)
         return lambda: over_threads(pool, threads, lambda chunk: trace(ray_set.rays, t, prims, chunk))
 
     ways = embree.configurations

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.bench.embree import EmbreeScene
-from glimt.bench.embree_rays import Configuration, Tracers
+from glimt.bench.embree_rays import Configuration, Trace, Tracers, in_lines
 from glimt.bench.measure import interleave
+from glimt.bvh import aligned
 from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.engines.cpu.record import record_rays
 from glimt.errors import GlimtError
@@ -44,13 +45,16 @@ class Yardstick:
         view = pack_view(scene.camera_or_framing(), settings, scene.lights)
         recorded = record_rays(self._packed, len(scene.lights), view, (settings.width, settings.height),
                                settings.samples, settings.max_bounces)
-        self.rays = {kind: rays for kind, rays in recorded.items() if rays.shape[1]}
+        self.rays = {kind: in_lines(rays) for kind, rays in recorded.items() if rays.shape[1]}
         self._tracers = Tracers(EmbreeScene(scene))
         longest = max(rays.shape[1] for rays in self.rays.values())
-        self._t, self._prims = np.zeros(longest, np.float32), np.zeros(longest, np.int32)
+        self._t, self._prims = aligned(longest), aligned(longest, np.int32)
         self._trials = {kind: self._trial(kind) for kind in self.rays}
         self._best = {kind: max(rates, key=lambda how, rates=rates: rates[how])  # type: ignore[misc]
                       for kind, rates in self._trials.items()}
+
+    def _tracer(self, kind: str, how: Configuration) -> Trace:
+        return self._tracers.get(how, kind == "shadow", kind == "primary")
 
     def _trial(self, kind: str) -> dict[Configuration, float]:
         """Return Mrays/s of one thread in each configuration, on stretches of the rays from all over the picture.
@@ -60,10 +64,10 @@ class Yardstick:
         rays = self.rays[kind]
         step = max(1, rays.shape[1] // _TRIAL_RAYS)
         kept = np.arange(rays.shape[1]) // _STRETCH % step == 0
-        sample = np.ascontiguousarray(rays[:, kept])
+        sample = in_lines(rays[:, kept])
 
         def run(how: Configuration) -> None:
-            self._tracers.get(how, kind == "shadow")(sample, self._t, self._prims, np.zeros(1, np.int64))
+            self._tracer(kind, how)(sample, self._t, self._prims, np.zeros(1, np.int64))
 
         ways = self._tracers.configurations
         runs = {str(how): functools.partial(run, how) for how in ways}
@@ -76,7 +80,7 @@ class Yardstick:
 
         def work() -> None:
             for kind, rays in self.rays.items():
-                self._tracers.get(self._best[kind], kind == "shadow")(rays, self._t, self._prims, chunks[kind])
+                self._tracer(kind, self._best[kind])(rays, self._t, self._prims, chunks[kind])
 
         for job in [pool.submit(work) for _ in range(threads)]:
             job.result()
@@ -92,7 +96,7 @@ class Yardstick:
 
     def _differing(self, kind: str) -> int:
         rays, occlusion, wrong = self.rays[kind], kind == "shadow", 0
-        trace = self._tracers.get(self._best[kind], occlusion)
+        trace = self._tracer(kind, self._best[kind])
         for first in range(0, rays.shape[1], _TRIAL_RAYS):
             part = np.ascontiguousarray(rays[:, first:first + _TRIAL_RAYS])
             theirs, (floats, ids) = self._t[:part.shape[1]], closest_hits(self._packed, part)

@@ -18,6 +18,7 @@ from glimt.lanes import (
     load,
     load_int,
     maximum,
+    scalar,
     select,
     stack_floats,
     store,
@@ -33,7 +34,7 @@ CHUNK = 4096
 
 
 @inline
-def _begin(rays, sources, n, i, block, hits):
+def _begin(rays, sources, shared_origin, n, i, block, hits):
     """Set up the block of rays that starts at ray i; return its packets with anything to do."""
     packets = np.int32(0)
     for k in range(min(SLOTS, n - i) // LANES):
@@ -49,9 +50,12 @@ def _begin(rays, sources, n, i, block, hits):
         begin_hits(hits, slot, active, t_max, clear, source)
         if any_lane(active):
             packets |= np.int32(1) << np.int32(k)
-            origin = vector3(load(rays, at), load(rays, n + at), load(rays, 2 * n + at))
+            if shared_origin:  # three planes of memory less to go through
+                origin = vector3(f32(scalar(rays, 0)), f32(scalar(rays, n)), f32(scalar(rays, 2 * n)))
+            else:
+                origin = fill_idle(active, vector3(load(rays, at), load(rays, n + at), load(rays, 2 * n + at)))
             direction = vector3(load(rays, 3 * n + at), load(rays, 4 * n + at), load(rays, 5 * n + at))
-            set_up(block, slot, fill_idle(active, origin), fill_idle(active, direction))
+            set_up(block, slot, origin, fill_idle(active, direction))
     return packets
 
 
@@ -70,7 +74,7 @@ def find_hits(scene, rays, sources, shared_origin, floats, ids, chunk):
         at which it rises, how much nearer (in t) than the surface's points things may be to where it begins, the
         instance. The first and the last are int32. Or NO_SOURCES.
     shared_origin : bool
-        Whether all start in one point.
+        Whether all start in one point: that of the first, whatever the others say.
     floats, ids : (3, n) float32, (2, n) int32
         Receive t, u, v and prim, inst (MISS: none); t of an idle ray is -inf.
     chunk : (1,) int64
@@ -85,7 +89,7 @@ def find_hits(scene, rays, sources, shared_origin, floats, ids, chunk):
         if first >= n:
             return
         for i in range(first, min(first + CHUNK, n), SLOTS):
-            trace(here, block, local, hits, flags, _begin(rays, sources, n, i, block, hits))
+            trace(here, block, local, hits, flags, _begin(rays, sources, shared_origin, n, i, block, hits))
             for k in range(min(SLOTS, n - i) // LANES):
                 at, hit = i + k * LANES, hit_at(hits, np.int64(k * LANES))
                 store(floats, at, hit.t)
@@ -108,7 +112,7 @@ def find_blocked(scene, rays, sources, shared_origin, blocked, chunk):
         if first >= n:
             return
         for i in range(first, min(first + CHUNK, n), SLOTS):
-            trace(here, block, local, hits, flags, _begin(rays, sources, n, i, block, hits))
+            trace(here, block, local, hits, flags, _begin(rays, sources, shared_origin, n, i, block, hits))
             for k in range(min(SLOTS, n - i) // LANES):
                 at = i + k * LANES
                 met = (load(rays, 6 * n + at) > 0.0) & (load(hits, HIT.t + np.int64(k * LANES)) < 0.0)
