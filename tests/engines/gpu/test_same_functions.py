@@ -251,8 +251,9 @@ def test_set_up(random):
     def on_lanes(scene, given, answers, n, i):
         words = stack_floats(RAY_WORDS)
         set_up(words, 0, load3(given, i, n), load3(given, 3 * n + i, n))
-        store3(answers, i, n, load3(words, RAY.shear, SLOTS))
-        store3(answers, 3 * n + i, n, load3(words, RAY.shear_origin, SLOTS))
+        rays = rays_at(words, 0)
+        store3(answers, i, n, rays.shear)
+        store3(answers, 3 * n + i, n, rays.shear_origin)
         store3(answers, 6 * n + i, n, load3(words, RAY.inverse, SLOTS))
         store(answers, 9 * n + i, to_float(load_int(words, RAY.longest)))
 

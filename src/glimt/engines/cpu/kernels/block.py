@@ -29,8 +29,7 @@ def _planes(name: str, **components: int) -> Any:
     return make(name, [*components, "words"])(*offsets, offset)
 
 
-RAY = _planes("RayPlanes", origin=3, direction=3, inverse=3, near_add=3, far_add=3, error=1, mixed_pad=1, shear=3,
-              shear_origin=3, longest=1, axis=1)
+RAY = _planes("RayPlanes", origin=3, direction=3, inverse=3, near_add=3, far_add=3, shear=2, longest=1, axis=1)
 """Rays in one space, set up for boxes and triangles (see `packet.Rays`)."""
 
 HIT = _planes("HitPlanes", t=1, u=1, v=1, prim=1, inst=1, clear=1, source=1, begin=1)

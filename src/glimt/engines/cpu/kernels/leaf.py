@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from glimt.engines.cpu.kernels.block import HIT, RAY, SLOTS, first_packet, lanes_of_packet, without_packet
+from glimt.engines.cpu.kernels.block import HIT, RAY, first_packet, lanes_of_packet, without_packet
 from glimt.engines.cpu.kernels.hit import block, hit_at, store_hit
 from glimt.engines.cpu.kernels.packet import ANY_AXIS, other_axes, permute, rays_at
 from glimt.engines.cpu.kernels.ray import keep
@@ -62,9 +62,8 @@ class Shears(NamedTuple):
 
 
 @inline
-def _each_in_four(words, at, index):
-    return vector3(shuffle(load(words, at), index), shuffle(load(words, at + SLOTS), index),
-                   shuffle(load(words, at + 2 * SLOTS), index))
+def _each_in_four(v, index):
+    return vector3(shuffle(v.x, index), shuffle(v.y, index), shuffle(v.z, index))
 
 
 @inline
@@ -99,7 +98,7 @@ def _leaf_of_few(scene, inst, code, rays, hits, slot, lanes, occlusion):
     words, base = scene.blas_blocks, np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
     count = np.int32(code % LEAF_STEP)
     triangles = _FIRST_TRIANGLES * ((np.int32(1) << count) - np.int32(1))
-    axis, blocked = scalar_int(rays, RAY.axis + slot), np.int32(0)
+    packet, blocked = rays_at(rays, slot), np.int32(0)
     found, slots = stack_floats(_FOUND), stack_ints(LANES)
     while lanes:
         index, inside, here = numbers_in_fours(lanes), triangles, lanes
@@ -107,9 +106,8 @@ def _leaf_of_few(scene, inst, code, rays, hits, slot, lanes, occlusion):
             inside &= (np.int32(1) << 4 * population_count(lanes)) - np.int32(1)
         for _ in range(_AT_ONCE):
             lanes &= lanes - 1
-        shears = Shears(axis, shuffle(load_int(rays, RAY.longest + slot), index),
-                        _each_in_four(rays, RAY.shear + slot, index),
-                        _each_in_four(rays, RAY.shear_origin + slot, index))
+        shears = Shears(packet.axis, shuffle(load_int(rays, RAY.longest + slot), index),
+                        _each_in_four(packet.shear, index), _each_in_four(packet.shear_origin, index))
         limit = shuffle(load(hits, HIT.t + slot), index)
         a, b = _corner(words, base, shears), _corner(words, base + CORNER, shears)
         c = _corner(words, base + 2 * CORNER, shears)

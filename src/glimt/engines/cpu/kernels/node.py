@@ -70,16 +70,24 @@ def _box(nodes, child, span):
 
 
 @inline
+def _between(p, q, inverse, near_add, far_add):
+    """Return the t at which rays enter and leave the space between two planes, whichever they meet first."""
+    return (minimum(fma(p, inverse, near_add), fma(q, inverse, near_add)),
+            maximum(fma(p, inverse, far_add), fma(q, inverse, far_add)))
+
+
+@inline
 def _overlapping(box, bundle, slot, span, in_mesh):
     """Return which rays of a packet meet a box before their hit, as bits of an int64."""
     rays, t = rays_at(bundle.rays, slot), load(bundle.hits, HIT.t + slot)
-    x0, x1 = fma(box.near_x, rays.inverse.x, rays.near_add.x), fma(box.far_x, rays.inverse.x, rays.far_add.x)
-    y0, y1 = fma(box.near_y, rays.inverse.y, rays.near_add.y), fma(box.far_y, rays.inverse.y, rays.far_add.y)
-    z0, z1 = fma(box.near_z, rays.inverse.z, rays.near_add.z), fma(box.far_z, rays.inverse.z, rays.far_add.z)
-    if span.mixed:  # a ray may meet its planes in the other order: its bounds are then on the wrong sides
-        x0, x1 = minimum(x0, x1) - rays.mixed_pad, maximum(x0, x1) + rays.mixed_pad
-        y0, y1 = minimum(y0, y1) - rays.mixed_pad, maximum(y0, y1) + rays.mixed_pad
-        z0, z1 = minimum(z0, z1) - rays.mixed_pad, maximum(z0, z1) + rays.mixed_pad
+    if span.mixed:  # a ray may meet its planes in the other order
+        x0, x1 = _between(box.near_x, box.far_x, rays.inverse.x, rays.near_add.x, rays.far_add.x)
+        y0, y1 = _between(box.near_y, box.far_y, rays.inverse.y, rays.near_add.y, rays.far_add.y)
+        z0, z1 = _between(box.near_z, box.far_z, rays.inverse.z, rays.near_add.z, rays.far_add.z)
+    else:
+        x0, x1 = fma(box.near_x, rays.inverse.x, rays.near_add.x), fma(box.far_x, rays.inverse.x, rays.far_add.x)
+        y0, y1 = fma(box.near_y, rays.inverse.y, rays.near_add.y), fma(box.far_y, rays.inverse.y, rays.far_add.y)
+        z0, z1 = fma(box.near_z, rays.inverse.z, rays.near_add.z), fma(box.far_z, rays.inverse.z, rays.far_add.z)
     begin = f32(0.0)
     if in_mesh:
         begin = load(bundle.hits, HIT.begin + slot)

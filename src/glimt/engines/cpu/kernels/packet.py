@@ -23,6 +23,7 @@ from glimt.lanes import (
     bits,
     count_trailing_zeros,
     extract,
+    fma,
     highest,
     i32,
     load,
@@ -36,6 +37,7 @@ from glimt.lanes import (
     select,
     store,
     store3,
+    store_scalar_int,
     vector3,
 )
 from glimt.layout import NODE
@@ -57,7 +59,6 @@ class Rays(NamedTuple):
     inverse: object
     near_add: object
     far_add: object
-    mixed_pad: object
     axis: object
     longest_x: object
     longest_y: object
@@ -92,9 +93,9 @@ class Interval(NamedTuple):
 
 
 @inline
-def _inverse(d, least):
-    """Return 1 / d, finite also where d is 0."""
-    return reciprocal(select(absolute(d) < least, select(d < 0.0, -least, least), d))
+def _not_too_small(d, least):
+    """Return d, or where it is next to nothing the least that can be divided by."""
+    return select(absolute(d) < least, select(d < 0.0, -least, least), d)
 
 
 @inline
@@ -112,22 +113,32 @@ def other_axes(axis):
 
 
 @inline
+def _turned(words, at, axis, longest_x, longest_y):
+    """Return the vectors of a packet with their components turned so that the longest axis of each ray is z."""
+    if axis == ANY_AXIS:
+        return permute(longest_x, longest_y, load3(words, at, SLOTS))
+    x, y = other_axes(axis)
+    return vector3(load(words, at + x * SLOTS), load(words, at + y * SLOTS), load(words, at + axis * SLOTS))
+
+
+@inline
 def set_up(words, slot, origin, direction):
     """Write the rays of a packet to its slots of a RAY block; every lane must hold a ray."""
     d = direction
     ax, ay, az = absolute(d.x), absolute(d.y), absolute(d.z)
     least = maximum(maximum(ax, maximum(ay, az)) * _SMALLEST, _TINY)
-    inverse = vector3(_inverse(d.x, least), _inverse(d.y, least), _inverse(d.z, least))
-    add = vector3(-origin.x * inverse.x, -origin.y * inverse.y, -origin.z * inverse.z)
+    if any_lane(minimum(ax, minimum(ay, az)) < least):
+        d = vector3(_not_too_small(d.x, least), _not_too_small(d.y, least), _not_too_small(d.z, least))
+    inverse = vector3(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z))
     error = maximum(absolute(origin.x), maximum(absolute(origin.y), absolute(origin.z))) * _ROUNDING
     pad = vector3(absolute(inverse.x) * error, absolute(inverse.y) * error, absolute(inverse.z) * error)
     store3(words, RAY.origin + slot, SLOTS, origin)
     store3(words, RAY.direction + slot, SLOTS, direction)
     store3(words, RAY.inverse + slot, SLOTS, inverse)
-    store3(words, RAY.near_add + slot, SLOTS, add - pad)
-    store3(words, RAY.far_add + slot, SLOTS, add + pad)
-    store(words, RAY.error + slot, error)
-    store(words, RAY.mixed_pad + slot, maximum(pad.x, maximum(pad.y, pad.z)) * 2.0)
+    store3(words, RAY.near_add + slot, SLOTS, vector3(
+        fma(-origin.x, inverse.x, -pad.x), fma(-origin.y, inverse.y, -pad.y), fma(-origin.z, inverse.z, -pad.z)))
+    store3(words, RAY.far_add + slot, SLOTS, vector3(
+        fma(-origin.x, inverse.x, pad.x), fma(-origin.y, inverse.y, pad.y), fma(-origin.z, inverse.z, pad.z)))
 
     # Shear along the longest axis of each ray, always the same one for the same ray.
     longest_x = (ax > ay) & (ax > az)
@@ -139,23 +150,25 @@ def set_up(words, slot, origin, direction):
         axis = np.int32(1)
     elif not any_lane(longest_x | longest_y):
         axis = np.int32(2)
-    turned = permute(longest_x, longest_y, d)
-    depth = reciprocal(turned.z)
-    store3(words, RAY.shear + slot, SLOTS, vector3(turned.x * depth, turned.y * depth, depth))
-    store3(words, RAY.shear_origin + slot, SLOTS, permute(longest_x, longest_y, origin))
+    turned = _turned(words, RAY.direction + slot, axis, longest_x, longest_y)
+    depth = _turned(words, RAY.inverse + slot, axis, longest_x, longest_y).z
+    store(words, RAY.shear + slot, turned.x * depth)
+    store(words, RAY.shear + SLOTS + slot, turned.y * depth)
     store(words, RAY.longest + slot, select(longest_x, i32(0), select(longest_y, i32(1), 2)))
-    store(words, RAY.axis + slot, i32(axis))
+    store_scalar_int(words, RAY.axis + slot, axis)
 
 
 @inline
 def rays_at(words, slot):
     """Return the rays of a packet; what is not used of them is not loaded."""
-    longest = load_int(words, RAY.longest + slot)
+    axis, longest = scalar_int(words, RAY.axis + slot), load_int(words, RAY.longest + slot)
+    longest_x, longest_y = longest == 0, longest == 1
+    depth = _turned(words, RAY.inverse + slot, axis, longest_x, longest_y).z
     return Rays(load3(words, RAY.origin + slot, SLOTS), load3(words, RAY.direction + slot, SLOTS),
                 load3(words, RAY.inverse + slot, SLOTS), load3(words, RAY.near_add + slot, SLOTS),
-                load3(words, RAY.far_add + slot, SLOTS), load(words, RAY.mixed_pad + slot),
-                scalar_int(words, RAY.axis + slot), longest == 0, longest == 1,
-                load3(words, RAY.shear + slot, SLOTS), load3(words, RAY.shear_origin + slot, SLOTS))
+                load3(words, RAY.far_add + slot, SLOTS), axis, longest_x, longest_y,
+                vector3(load(words, RAY.shear + slot), load(words, RAY.shear + SLOTS + slot), depth),
+                _turned(words, RAY.origin + slot, axis, longest_x, longest_y))
 
 
 @inline
@@ -187,7 +200,6 @@ def interval(words, packets, shared_origin):
     slot = np.int64(count_trailing_zeros(packets)) * LANES
     low = high = load3(words, RAY.inverse + slot, SLOTS)
     low_origin = high_origin = load3(words, RAY.origin + slot, SLOTS)
-    error = load(words, RAY.error + slot)
     others = packets & (packets - 1)
     while others:
         slot = np.int64(count_trailing_zeros(others)) * LANES
@@ -197,18 +209,16 @@ def interval(words, packets, shared_origin):
         if not shared_origin:
             origin = load3(words, RAY.origin + slot, SLOTS)
             low_origin, high_origin = _least(low_origin, origin), _greatest(high_origin, origin)
-            error = maximum(error, load(words, RAY.error + slot))
     x0 = x1 = extract(low_origin.x, 0)
     y0 = y1 = extract(low_origin.y, 0)
     z0 = z1 = extract(low_origin.z, 0)
-    worst = extract(error, 0)
     if not shared_origin:
         x0, y0, z0 = lowest(low_origin.x), lowest(low_origin.y), lowest(low_origin.z)
         x1, y1, z1 = highest(high_origin.x), highest(high_origin.y), highest(high_origin.z)
-        worst = highest(error)
-    x = _slab(low.x, high.x, x0, x1, worst, NODE.lo_x, NODE.hi_x)
-    y = _slab(low.y, high.y, y0, y1, worst, NODE.lo_y, NODE.hi_y)
-    z = _slab(low.z, high.z, z0, z1, worst, NODE.lo_z, NODE.hi_z)
+    error = max(max(max(abs(x0), abs(x1)), max(abs(y0), abs(y1))), max(abs(z0), abs(z1))) * _ROUNDING
+    x = _slab(low.x, high.x, x0, x1, error, NODE.lo_x, NODE.hi_x)
+    y = _slab(low.y, high.y, y0, y1, error, NODE.lo_y, NODE.hi_y)
+    z = _slab(low.z, high.z, z0, z1, error, NODE.lo_z, NODE.hi_z)
     octant = (x.near_plane == NODE.hi_x) + 2 * (y.near_plane == NODE.hi_y) + 4 * (z.near_plane == NODE.hi_z)
     return Interval(x, y, z, x.mixed or y.mixed or z.mixed, x.mixed and y.mixed and z.mixed, NODE.order + octant)
 

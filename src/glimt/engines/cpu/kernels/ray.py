@@ -33,6 +33,8 @@ from glimt.lanes import (
 from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, LEAF_STEP, NODE, TRIANGLE_BLOCK
 
 _Y, _Z = np.int64(SLOTS), np.int64(2 * SLOTS)  # words from a vector's x to its y and z
+_PLANES = _Y // AXIS
+"""Words from one axis to the next among rays for each of those in a leaf block."""
 
 
 class Corner(NamedTuple):
@@ -84,11 +86,13 @@ def children(nodes, base, rays, singles, hits, slot):
 @inline
 def _corners(words, at, rays, singles, slot):
     """Return (x, y, z) of the same corner of four triangles as `triangle._corner` does."""
-    axis, origin, shear = SINGLE.axis + slot, RAY.shear_origin + slot, RAY.shear + slot
+    axis, origin, shear = SINGLE.axis + slot, RAY.origin + slot, RAY.shear + slot
     axis_x, axis_y = np.int64(scalar_int(singles, axis)), np.int64(scalar_int(singles, axis + _Y))
-    z = load4(words, at + np.int64(scalar_int(singles, axis + _Z))) - scalar(rays, origin + _Z)
-    return Corner(fma(-scalar(rays, shear), z, load4(words, at + axis_x) - scalar(rays, origin)),
-                  fma(-scalar(rays, shear + _Y), z, load4(words, at + axis_y) - scalar(rays, origin + _Y)), z)
+    axis_z = np.int64(scalar_int(singles, axis + _Z))
+    z = load4(words, at + axis_z) - scalar(rays, origin + axis_z * _PLANES)
+    return Corner(fma(-scalar(rays, shear), z, load4(words, at + axis_x) - scalar(rays, origin + axis_x * _PLANES)),
+                  fma(-scalar(rays, shear + _Y), z,
+                      load4(words, at + axis_y) - scalar(rays, origin + axis_y * _PLANES)), z)
 
 
 @inline
@@ -120,7 +124,8 @@ def leaf(scene, inst, code, rays, singles, hits, slot, occlusion):
     wa, wb, wc, between = edges(a, b, c)
     inside = bits(between) & ((1 << (code % LEAF_STEP)) - 1)
     if inside:
-        ts, us, vs, near = meeting(a, b, c, wa, wb, wc, scalar(rays, RAY.shear + _Z + slot))
+        longest = np.int64(scalar_int(singles, SINGLE.axis + _Z + slot)) * _PLANES
+        ts, us, vs, near = meeting(a, b, c, wa, wb, wc, scalar(rays, RAY.inverse + longest + slot))
         limit = scalar(hits, HIT.t + slot)
         inside &= bits(near & (ts > 0.0) & (ts < limit if occlusion else ts <= limit))
         if inside and occlusion:
