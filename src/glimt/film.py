@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.color import ToneCurve, develop
+from glimt.layout import aligned
 
 
 class Counters(NamedTuple):
@@ -95,5 +96,5 @@ def sums_for(size: tuple[int, int], film: Film | None) -> NDArray[np.float32]:
     """Return where the sums of a picture of that (width, height) may be written: over those of `film`, if they fit."""
     shape = (size[1], size[0], 4)
     if film is None or isinstance(film, DistantFilm) or film.sums.shape != shape:
-        return np.empty(shape, np.float32)
+        return aligned(size[0] * size[1] * 4).reshape(shape)
     return film.sums

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.bench.embree import EmbreeScene, embree_library
-from glimt.bvh import aligned
 from glimt.lanes import LANES, atomic_add, i32, load, load_int, scalar, select, store, store_scalar
+from glimt.layout import aligned
 
 _COHERENT = 1 << 16  # RTC_RAY_QUERY_FLAG_COHERENT
 _WORDS = 21  # of RTCRayHit: 12 of ray, 9 of hit with the two instance IDs of newer builds

@@ -13,10 +13,9 @@ from glimt.bench.embree import EmbreeScene
 from glimt.bench.embree_rays import Configuration, Tracers, in_lines
 from glimt.bench.measure import Tell, interleave, machine, median, over_threads
 from glimt.bench.results import AT_ONCE
-from glimt.bvh import aligned
 from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.engines.cpu.kernels.query import NO_SOURCES, find_blocked, find_hits
-from glimt.layout import FACE, INSTANCE, dtype
+from glimt.layout import FACE, INSTANCE, aligned, dtype
 from glimt.packed import PackedScene, Packer
 from glimt.scene.camera import Camera
 from glimt.scene.mesh import Mesh

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from glimt.bench.embree import EmbreeScene
 from glimt.bench.embree_rays import Configuration, Trace, Tracers, in_lines
 from glimt.bench.measure import interleave
-from glimt.bvh import aligned
 from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.engines.cpu.record import record_rays
 from glimt.errors import GlimtError
+from glimt.layout import aligned
 from glimt.packed import pack, pack_view
 from glimt.scene.scene import Scene
 

@@ -26,17 +26,10 @@ from glimt.bvh.subtrees import (
     prepare_boxes,
 )
 from glimt.bvh.wide import RECORD, WIDTH, WideTree
-from glimt.layout import LEAF_SIZE, NODE, STACK_SIZE
+from glimt.layout import LEAF_SIZE, NODE, STACK_SIZE, aligned
 
 _PARALLEL_FROM = 4096  # boxes; below, threads cost more than they give
 _MOST_TOP_NODES = 1024
-
-
-def aligned(words: int, dtype: Any = np.float32) -> NDArray[Any]:
-    """Return an uninitialised array of 4-byte words that starts on a cache line."""
-    raw = np.empty(words * 4 + 64, np.uint8)
-    start = -raw.ctypes.data % 64
-    return raw[start:start + words * 4].view(dtype)
 
 
 def build(lo: NDArray[np.float32], hi: NDArray[np.float32], threads: int = 1,

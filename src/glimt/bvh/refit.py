@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt.bvh.build import aligned
 from glimt.bvh.subtrees import refit_nodes
 from glimt.bvh.wide import WideTree
 from glimt.errors import GlimtError
+from glimt.layout import aligned
 
 
 def refit(tree: WideTree, lo: NDArray[np.float32], hi: NDArray[np.float32]) -> WideTree:

@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from glimt import bvh
-from glimt.layout import FACE, NO_TANGENTS, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX
+from glimt.layout import FACE, NO_TANGENTS, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX, aligned
 from glimt.packed.meshes import PackedMesh, pack_mesh, remember, shift_codes
 from glimt.scene.mesh import Mesh
 
@@ -85,7 +84,7 @@ def _join(kind: str, uses: list[MeshUse], packed: list[PackedMesh], starts: list
     if len(packed) == 1 and _is_whole(getattr(packed[0], kind)) and _is_at(packed[0], places[0]):
         return np.asarray(getattr(packed[0], kind))
     size = sum(getattr(mesh, kind).size for mesh in packed)
-    joined, first = bvh.aligned(max(size, _KINDS[kind].words)), 0
+    joined, first = aligned(max(size, _KINDS[kind].words)), 0
     joined[size:] = 0  # no array may be empty: a record that is never read
     for k, (use, place) in enumerate(zip(uses, places, strict=True)):
         old, mesh = getattr(packed[k], kind), packed[k]
@@ -114,7 +113,7 @@ def _is_at(mesh: PackedMesh, place: dict[str, Any]) -> bool:
 
 
 def _is_whole(part: Words) -> bool:
-    """Return whether an array is one that `bvh.aligned` made, not a part of a scene that may be gone."""
+    """Return whether an array is one that `aligned` made, not a part of a scene that may be gone."""
     return part.size > 0 and part.base is not None and part.base.nbytes == part.nbytes + 64
 
 

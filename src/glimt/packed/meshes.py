@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt import bvh
-from glimt.layout import FACE, LEAF_SIZE, LEAF_STEP, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX, dtype
+from glimt.layout import FACE, LEAF_SIZE, LEAF_STEP, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX, aligned, dtype
 from glimt.scene.mesh import Mesh
 from glimt.scene.tangents import tangent_space
 
@@ -64,7 +64,7 @@ class PackedMesh(NamedTuple):
 
     def tree(self) -> bvh.WideTree:
         """Return the tree of the mesh, as if it stood alone."""
-        nodes = bvh.aligned(self.nodes.size)
+        nodes = aligned(self.nodes.size)
         nodes[:] = self.nodes
         shift_codes(nodes, -self.first_node, -self.first_block)
         prims = self.blocks.view(np.int32).reshape(-1, TRIANGLE_BLOCK.words)[:, TRIANGLE_BLOCK.prim:]
@@ -144,7 +144,7 @@ def _boxes(mesh: Mesh) -> tuple[Words, Words]:
 def _leaf_blocks(mesh: Mesh, leaf_prims: NDArray[np.int32]) -> Words:
     """Lay the triangles of each leaf out side by side: (x0[4], y0[4], …, z2[4], prim[4])."""
     size = int(LEAF_SIZE)
-    blocks = bvh.aligned(len(leaf_prims) * TRIANGLE_BLOCK.words)
+    blocks = aligned(len(leaf_prims) * TRIANGLE_BLOCK.words)
     rows = blocks.reshape(-1, TRIANGLE_BLOCK.words)
     for first in range(0, len(rows), _CHUNK):
         prims = leaf_prims[first:first + _CHUNK]  # -1 repeats the last triangle: never read, counts say how many
@@ -172,7 +172,7 @@ def _shading_arrays(mesh: Mesh, with_tangents: bool, numbers: NDArray[np.int32])
         positions, normals = positions[space.vertex_ids], normals[space.vertex_ids]
         texcoords, triangles, tangents = texcoords[space.vertex_ids], space.triangles, space.tangents
     used, triangles = _by_first_use(triangles[numbers], len(positions))
-    vertices = bvh.aligned(len(used) * VERTEX.words)
+    vertices = aligned(len(used) * VERTEX.words)
     rows = vertices.reshape(-1, VERTEX.words)
     rows[:, VERTEX.position:VERTEX.normal] = positions[used]
     rows[:, VERTEX.normal:VERTEX.texcoord] = 0 if normals is None else _unit(normals[used])
@@ -180,7 +180,7 @@ def _shading_arrays(mesh: Mesh, with_tangents: bool, numbers: NDArray[np.int32])
     if len(tangents):
         tangents = tangents[used]
     assert mesh.material_ids is not None  # a constructor's None means zeros
-    corner_ids = bvh.aligned(len(triangles) * TRIANGLE.words, np.int32)
+    corner_ids = aligned(len(triangles) * TRIANGLE.words, np.int32)
     corner_ids.reshape(-1, TRIANGLE.words)[:, :TRIANGLE.material] = triangles
     corner_ids.reshape(-1, TRIANGLE.words)[:, TRIANGLE.material] = mesh.material_ids[numbers]
     return vertices, np.ascontiguousarray(tangents).ravel(), corner_ids.view(np.float32)
@@ -205,7 +205,7 @@ def _unit(normals: Words) -> Words:
 
 def _faces(numbers: NDArray[np.int32]) -> Words:
     """Return the FACE records; no clearance is known yet."""
-    words = bvh.aligned(len(numbers) * FACE.words)
+    words = aligned(len(numbers) * FACE.words)
     faces = words.view(dtype(FACE))
     faces["number"], faces["clearance"] = numbers, 0
     return words

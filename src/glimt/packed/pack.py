@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from glimt import bvh
 from glimt.errors import GlimtWarning
-from glimt.layout import INSTANCE_BLOCK, SPAN
+from glimt.layout import INSTANCE_BLOCK, SPAN, aligned
 from glimt.packed.clearance import ClearanceFinder, LookAround
 from glimt.packed.frame import pack_lights
 from glimt.packed.geometry import Geometry, MeshUse, join_meshes
@@ -116,7 +116,7 @@ class Packer:
         boxes = instances.lo, instances.hi
         if self._boxes is None or not all(map(np.array_equal, boxes, self._boxes)):
             tree = bvh.build(*boxes, self._threads, leaf_size=1)
-            blocks = bvh.aligned(max(tree.leaf_prims.size, INSTANCE_BLOCK.words), np.int32)
+            blocks = aligned(max(tree.leaf_prims.size, INSTANCE_BLOCK.words), np.int32)
             blocks[:tree.leaf_prims.size], blocks[tree.leaf_prims.size:] = tree.leaf_prims.ravel(), 0
             self._tlas, self._boxes = (tree.nodes, blocks.view(np.float32)), boxes
         return self._tlas
