@@ -56,7 +56,7 @@ OWN_PARAMETERS = {
     "intersect": {"from_camera"},
     "resolve": {"film", "totals", "samples", "left", "top"},
 }
-SAME = {"rays": "ray", "texcoord_u": "texcoord"}
+SAME = {"rays": "ray", "shears": "ray", "texcoord_u": "texcoord"}
 DROPPED = {"texcoord_v"}
 """A packet's rays, and two numbers that are one vector of the GPU's."""
 OF_THE_CPU = {"clearance", "clear_unit", "begin"}

@@ -23,7 +23,7 @@ from glimt.engines.cpu.kernels.camera import camera_ray
 from glimt.engines.cpu.kernels.hit import Hit, closer
 from glimt.engines.cpu.kernels.light import light_sample
 from glimt.engines.cpu.kernels.material import material_eval
-from glimt.engines.cpu.kernels.packet import rays_at, set_up
+from glimt.engines.cpu.kernels.packet import rays_at, set_up, shears_at
 from glimt.engines.cpu.kernels.shade import terminator
 from glimt.engines.cpu.kernels.sphere import sphere_hit
 from glimt.engines.cpu.kernels.surface import Surface, above
@@ -251,9 +251,9 @@ def test_set_up(random):
     def on_lanes(scene, given, answers, n, i):
         words = stack_floats(RAY_WORDS)
         set_up(words, 0, load3(given, i, n), load3(given, 3 * n + i, n))
-        rays = rays_at(words, 0)
-        store3(answers, i, n, rays.shear)
-        store3(answers, 3 * n + i, n, rays.shear_origin)
+        shears = shears_at(words, 0)
+        store3(answers, i, n, shears.shear)
+        store3(answers, 3 * n + i, n, shears.shear_origin)
         store3(answers, 6 * n + i, n, load3(words, RAY.inverse, SLOTS))
         store(answers, 9 * n + i, to_float(load_int(words, RAY.longest)))
 

@@ -5,13 +5,11 @@ Where a packet has many of them, each has one lane for all triangles. A few have
 By the same operations in the same order as in a packet: a ray's hit is the same to the bit.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from glimt.engines.cpu.kernels.block import HIT, RAY, first_packet, lanes_of_packet, without_packet
 from glimt.engines.cpu.kernels.hit import block, hit_at, store_hit
-from glimt.engines.cpu.kernels.packet import ANY_AXIS, other_axes, permute, rays_at
+from glimt.engines.cpu.kernels.packet import ANY_AXIS, Shears, other_axes, permute, shears_at
 from glimt.engines.cpu.kernels.ray import keep
 from glimt.engines.cpu.kernels.triangle import AXIS, CORNER, edges, meeting, sheared, triangle_leaf
 from glimt.kernel import inline
@@ -52,32 +50,23 @@ def _are_few(lanes, code, shared_origin):
     return population_count(lanes) <= _AT_ONCE * (code % LEAF_STEP - (3 if shared_origin else 1))
 
 
-class Shears(NamedTuple):
-    """What turns rays into the z axis (see `packet.Rays`), each in four lanes."""
-
-    axis: object
-    longest: object
-    shear: object
-    shear_origin: object
-
-
 @inline
 def _each_in_four(v, index):
     return vector3(shuffle(v.x, index), shuffle(v.y, index), shuffle(v.z, index))
 
 
 @inline
-def _corner(words, at, rays):
+def _corner(words, at, shears):
     """Return the same corner of four triangles as `triangle._corner` does."""
-    if rays.axis == ANY_AXIS:
-        turned = permute(rays.longest == 0, rays.longest == 1,
+    if shears.axis == ANY_AXIS:
+        turned = permute(shears.longest_x, shears.longest_y,
                          vector3(load4_repeated(words, at), load4_repeated(words, at + AXIS),
                                  load4_repeated(words, at + 2 * AXIS)))
     else:
-        x, y = other_axes(rays.axis)
+        x, y = other_axes(shears.axis)
         turned = vector3(load4_repeated(words, at + x * AXIS), load4_repeated(words, at + y * AXIS),
-                         load4_repeated(words, at + rays.axis * AXIS))
-    return sheared(turned, rays)
+                         load4_repeated(words, at + shears.axis * AXIS))
+    return sheared(turned, shears)
 
 
 @inline
@@ -98,7 +87,7 @@ def _leaf_of_few(scene, inst, code, rays, hits, slot, lanes, occlusion):
     words, base = scene.blas_blocks, np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
     count = np.int32(code % LEAF_STEP)
     triangles = _FIRST_TRIANGLES * ((np.int32(1) << count) - np.int32(1))
-    packet, blocked = rays_at(rays, slot), np.int32(0)
+    packet, blocked = shears_at(rays, slot), np.int32(0)
     found, slots = stack_floats(_FOUND), stack_ints(LANES)
     while lanes:
         index, inside, here = numbers_in_fours(lanes), triangles, lanes
@@ -106,7 +95,8 @@ def _leaf_of_few(scene, inst, code, rays, hits, slot, lanes, occlusion):
             inside &= (np.int32(1) << 4 * population_count(lanes)) - np.int32(1)
         for _ in range(_AT_ONCE):
             lanes &= lanes - 1
-        shears = Shears(packet.axis, shuffle(load_int(rays, RAY.longest + slot), index),
+        longest = shuffle(load_int(rays, RAY.longest + slot), index)
+        shears = Shears(packet.axis, longest == 0, longest == 1,
                         _each_in_four(packet.shear, index), _each_in_four(packet.shear_origin, index))
         limit = shuffle(load(hits, HIT.t + slot), index)
         a, b = _corner(words, base, shears), _corner(words, base + CORNER, shears)
@@ -142,6 +132,6 @@ def meet_leaf(scene, inst, code, bundle, lanes, distance):
         if _are_few(here, code, bundle.shared_origin):
             _leaf_of_few(scene, inst, code, bundle.rays, bundle.hits, slot, here, bundle.occlusion)
         else:
-            hit = triangle_leaf(scene, inst, code, rays_at(bundle.rays, slot), hit_at(bundle.hits, slot),
+            hit = triangle_leaf(scene, inst, code, shears_at(bundle.rays, slot), hit_at(bundle.hits, slot),
                                 bundle.occlusion)
             store_hit(bundle.hits, slot, hit)

@@ -59,6 +59,15 @@ class Rays(NamedTuple):
     inverse: object
     near_add: object
     far_add: object
+
+
+class Shears(NamedTuple):
+    """What turns rays into the z axis.
+
+    axis: the longest one of all, or ANY_AXIS; longest_x, longest_y: lanes where it is x or y; shear: by how much z
+    moves x and y, and by what it is scaled; shear_origin: the origin, turned as well.
+    """
+
     axis: object
     longest_x: object
     longest_y: object
@@ -113,6 +122,12 @@ def other_axes(axis):
 
 
 @inline
+def _largest(v):
+    """Return the largest component by size."""
+    return maximum(absolute(v.x), maximum(absolute(v.y), absolute(v.z)))
+
+
+@inline
 def _turned(words, at, axis, longest_x, longest_y):
     """Return the vectors of a packet with their components turned so that the longest axis of each ray is z."""
     if axis == ANY_AXIS:
@@ -130,7 +145,7 @@ def set_up(words, slot, origin, direction):
     if any_lane(minimum(ax, minimum(ay, az)) < least):
         d = vector3(_not_too_small(d.x, least), _not_too_small(d.y, least), _not_too_small(d.z, least))
     inverse = vector3(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z))
-    error = maximum(absolute(origin.x), maximum(absolute(origin.y), absolute(origin.z))) * _ROUNDING
+    error = _largest(origin) * _ROUNDING
     pad = vector3(absolute(inverse.x) * error, absolute(inverse.y) * error, absolute(inverse.z) * error)
     store3(words, RAY.origin + slot, SLOTS, origin)
     store3(words, RAY.direction + slot, SLOTS, direction)
@@ -161,14 +176,20 @@ def set_up(words, slot, origin, direction):
 @inline
 def rays_at(words, slot):
     """Return the rays of a packet; what is not used of them is not loaded."""
+    return Rays(load3(words, RAY.origin + slot, SLOTS), load3(words, RAY.direction + slot, SLOTS),
+                load3(words, RAY.inverse + slot, SLOTS), load3(words, RAY.near_add + slot, SLOTS),
+                load3(words, RAY.far_add + slot, SLOTS))
+
+
+@inline
+def shears_at(words, slot):
+    """Return the Shears of a packet."""
     axis, longest = scalar_int(words, RAY.axis + slot), load_int(words, RAY.longest + slot)
     longest_x, longest_y = longest == 0, longest == 1
     depth = _turned(words, RAY.inverse + slot, axis, longest_x, longest_y).z
-    return Rays(load3(words, RAY.origin + slot, SLOTS), load3(words, RAY.direction + slot, SLOTS),
-                load3(words, RAY.inverse + slot, SLOTS), load3(words, RAY.near_add + slot, SLOTS),
-                load3(words, RAY.far_add + slot, SLOTS), axis, longest_x, longest_y,
-                vector3(load(words, RAY.shear + slot), load(words, RAY.shear + SLOTS + slot), depth),
-                _turned(words, RAY.origin + slot, axis, longest_x, longest_y))
+    return Shears(axis, longest_x, longest_y,
+                  vector3(load(words, RAY.shear + slot), load(words, RAY.shear + SLOTS + slot), depth),
+                  _turned(words, RAY.origin + slot, axis, longest_x, longest_y))
 
 
 @inline
@@ -215,7 +236,7 @@ def interval(words, packets, shared_origin):
     if not shared_origin:
         x0, y0, z0 = lowest(low_origin.x), lowest(low_origin.y), lowest(low_origin.z)
         x1, y1, z1 = highest(high_origin.x), highest(high_origin.y), highest(high_origin.z)
-    error = max(max(max(abs(x0), abs(x1)), max(abs(y0), abs(y1))), max(abs(z0), abs(z1))) * _ROUNDING
+    error = highest(maximum(_largest(low_origin), _largest(high_origin))) * _ROUNDING
     x = _slab(low.x, high.x, x0, x1, error, NODE.lo_x, NODE.hi_x)
     y = _slab(low.y, high.y, y0, y1, error, NODE.lo_y, NODE.hi_y)
     z = _slab(low.z, high.z, z0, z1, error, NODE.lo_z, NODE.hi_z)

@@ -13,23 +13,23 @@ CORNER = np.int64(3 * LEAF_SIZE)
 
 
 @inline
-def sheared(turned, rays):
+def sheared(turned, shears):
     """Return a corner that was turned as rays are, relative to their origin and sheared as they are."""
-    p = turned - rays.shear_origin
-    return vector3(fma(-rays.shear.x, p.z, p.x), fma(-rays.shear.y, p.z, p.y), p.z)
+    p = turned - shears.shear_origin
+    return vector3(fma(-shears.shear.x, p.z, p.x), fma(-shears.shear.y, p.z, p.y), p.z)
 
 
 @inline
-def _corner(words, at, rays):
+def _corner(words, at, shears):
     """Return a corner relative to the origin, turned and sheared so that the ray is the z axis; z not yet scaled."""
-    if rays.axis == ANY_AXIS:
-        turned = permute(rays.longest_x, rays.longest_y,
+    if shears.axis == ANY_AXIS:
+        turned = permute(shears.longest_x, shears.longest_y,
                          vector3(scalar(words, at), scalar(words, at + AXIS), scalar(words, at + 2 * AXIS)))
     else:
-        x, y = other_axes(rays.axis)
+        x, y = other_axes(shears.axis)
         turned = vector3(scalar(words, at + x * AXIS), scalar(words, at + y * AXIS),
-                         scalar(words, at + rays.axis * AXIS))
-    return sheared(turned, rays)
+                         scalar(words, at + shears.axis * AXIS))
+    return sheared(turned, shears)
 
 
 @inline
@@ -67,7 +67,7 @@ def meeting(a, b, c, wa, wb, wc, shear_z):
 
 
 @inline
-def triangle_leaf(scene, inst, code, rays, hit, occlusion):
+def triangle_leaf(scene, inst, code, shears, hit, occlusion):
     """Test the triangles of a leaf block.
 
     Woop, Benthin, Wald (2013). What differs: no second try in double precision; a ray on an edge counts as inside both
@@ -77,13 +77,13 @@ def triangle_leaf(scene, inst, code, rays, hit, occlusion):
     words = scene.blas_blocks
     base = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
     for j in range(code % LEAF_STEP):
-        a = _corner(words, base + j, rays)
-        b = _corner(words, base + CORNER + j, rays)
-        c = _corner(words, base + 2 * CORNER + j, rays)
+        a = _corner(words, base + j, shears)
+        b = _corner(words, base + CORNER + j, shears)
+        c = _corner(words, base + 2 * CORNER + j, shears)
         wa, wb, wc, inside = edges(a, b, c)
         inside = inside & (hit.t > 0.0)
         if any_lane(inside):
-            t, u, v, near = meeting(a, b, c, wa, wb, wc, rays.shear.z)
+            t, u, v, near = meeting(a, b, c, wa, wb, wc, shears.shear.z)
             inside = inside & near
             prim = scalar_int(words, base + TRIANGLE_BLOCK.prim + j)
             if occlusion:
