@@ -30,6 +30,17 @@ def test_highlight_on_and_off_the_mirror_angle(exponent, lean):
                                atol=1e-12)
 
 
+@pytest.mark.parametrize(("lean", "exponent"), [(25, 1000), (40, 300), (40, 262)])
+def test_a_highlight_too_faint_for_a_float32_is_none(lean, exponent):
+    """Processors slow down at numbers below 1e-38, which it would be times a colour or two."""
+    halfway = direction(lean, 90)
+    wi = 2 * halfway[2] * halfway - [0, 0, 1]
+    square = plane(Material(diffuse=0, specular=KS, exponent=exponent))
+    light = DirectionalLight(direction=-wi, diffuse=0, specular=LIGHT)
+    assert np.cos(np.radians(lean)) ** exponent < 1e-30
+    assert not pixel(square, light, camera=facing()).any()
+
+
 def test_exponent_0_shines_wherever_light_falls():
     square = plane(Material(diffuse=0, specular=KS, exponent=0))
     for tilt in (0, 40, 80):

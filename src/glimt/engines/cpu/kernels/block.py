@@ -30,7 +30,7 @@ def _planes(name: str, **components: int) -> Any:
 
 
 RAY = _planes("RayPlanes", origin=3, direction=3, inverse=3, near_add=3, far_add=3, shear=2, longest=1, axis=1)
-"""Rays in one space, set up for boxes and triangles (see `packet.Rays`)."""
+"""Rays in one space, set up for boxes and triangles (see `packet.Rays` and `packet.Shears`)."""
 
 HIT = _planes("HitPlanes", t=1, u=1, v=1, prim=1, inst=1, clear=1, source=1, begin=1)
 """See `hit.Hit`. `clear`: a t before which a ray meets nothing of the instance `source`, which it leaves (MISS: none);
