@@ -39,6 +39,13 @@ def aligned(words: int, dtype: Any = np.float32) -> NDArray[Any]:
     return raw[start:start + words * 4].view(dtype)
 
 
+def aligned_copy(words: NDArray[Any]) -> NDArray[Any]:
+    """Return a copy that starts on a cache line, as all rows of it do where they are a multiple of 16 words."""
+    copy = aligned(words.size, words.dtype).reshape(words.shape)
+    copy[...] = words
+    return copy
+
+
 NODE = _struct("Node", lo_x="8f", lo_y="8f", lo_z="8f", hi_x="8f", hi_y="8f", hi_z="8f", child="8i", order="8i")
 """Eight children of a tree: box by box side, then what each is. A child >= 0 is another node; below 0 it is a leaf,
 ``~(block * LEAF_STEP + count)``. An unused child has an empty box. `order` has the children's numbers for each octant,

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from glimt.bench.embree import EmbreeScene, embree_library
 from glimt.lanes import LANES, atomic_add, i32, load, load_int, scalar, select, store, store_scalar
-from glimt.layout import aligned
 
 _COHERENT = 1 << 16  # RTC_RAY_QUERY_FLAG_COHERENT
 _WORDS = 21  # of RTCRayHit: 12 of ray, 9 of hit with the two instance IDs of newer builds
@@ -20,16 +19,6 @@ _CHUNK = 4096
 """Rays that a thread takes at once."""
 
 Trace = Callable[[NDArray[np.float32], NDArray[np.float32], NDArray[np.int32], NDArray[np.int64]], None]
-
-
-def in_lines(rays: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return a copy of (rows, n) rays whose first row begins with a cache line, as all do where n is a multiple of 16.
-
-    A packet that lies across two lines costs glimt a tenth of its camera rays and Embree a thirtieth.
-    """
-    copy = aligned(rays.size).reshape(rays.shape)
-    copy[:] = rays
-    return copy
 
 
 class Configuration(NamedTuple):
@@ -76,7 +65,8 @@ def _tracer(width: int, occlusion: bool, shared_origin: bool) -> Any:
 
     It copies each ray from arrays into Embree's struct and the answer back, a nanosecond a ray in packets and five
     alone, which a program that makes its rays in that struct does not pay; nor is it charged for making them, as a
-    frame is. An origin that all share is copied once: Embree leaves it there.
+    frame is. An origin that all share is copied once: Embree leaves it there. Where packets lie across two cache lines
+    it costs Embree a thirtieth of its camera rays and glimt a tenth.
     """
     first_row = 3 if shared_origin else 0
     call = getattr(embree_library(), f"rtc{'Occluded' if occlusion else 'Intersect'}{width}")

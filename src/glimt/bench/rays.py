@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from glimt import linalg
 from glimt.bench.embree import EmbreeScene
-from glimt.bench.embree_rays import Configuration, Tracers, in_lines
+from glimt.bench.embree_rays import Configuration, Tracers
 from glimt.bench.measure import Tell, interleave, machine, median, over_threads
 from glimt.bench.results import AT_ONCE
 from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.engines.cpu.kernels.query import NO_SOURCES, find_blocked, find_hits
-from glimt.layout import FACE, INSTANCE, aligned, dtype
+from glimt.layout import FACE, INSTANCE, aligned, aligned_copy, dtype
 from glimt.packed import PackedScene, Packer
 from glimt.scene.camera import Camera
 from glimt.scene.mesh import Mesh
@@ -73,7 +73,7 @@ def _join(origins: NDArray[Any], directions: NDArray[Any], t_max: float = np.inf
     count = len(origins) // _GRANULE * _GRANULE
     rays = np.full((7, count), t_max, np.float32)
     rays[:3], rays[3:6] = origins[:count].T, directions[:count].T
-    return in_lines(rays)
+    return aligned_copy(rays)
 
 
 def _sources(packed: PackedScene, prims: NDArray[np.int32], turned: NDArray[Any], normals: NDArray[Any],
@@ -92,7 +92,7 @@ def _sources(packed: PackedScene, prims: NDArray[np.int32], turned: NDArray[Any]
     sources[1] = (abs(unit) / lengths)[:count]
     sources[2] = ((normals * directions).sum(1) / lengths)[:count]
     sources[3] = (2 * offset / lengths)[:count]
-    return in_lines(sources)
+    return aligned_copy(sources)
 
 
 def _primary(camera: Camera, size: int) -> Rays:

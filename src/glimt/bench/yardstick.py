@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.bench.embree import EmbreeScene
-from glimt.bench.embree_rays import Configuration, Trace, Tracers, in_lines
+from glimt.bench.embree_rays import Configuration, Trace, Tracers
 from glimt.bench.measure import interleave
 from glimt.engines.cpu.closest_hits import closest_hits
 from glimt.engines.cpu.record import record_rays
 from glimt.errors import GlimtError
-from glimt.layout import aligned
+from glimt.layout import aligned, aligned_copy
 from glimt.packed import pack, pack_view
 from glimt.scene.scene import Scene
 
@@ -45,7 +45,7 @@ class Yardstick:
         view = pack_view(scene.camera_or_framing(), settings, scene.lights)
         recorded = record_rays(self._packed, len(scene.lights), view, (settings.width, settings.height),
                                settings.samples, settings.max_bounces)
-        self.rays = {kind: in_lines(rays) for kind, rays in recorded.items() if rays.shape[1]}
+        self.rays = {kind: rays for kind, rays in recorded.items() if rays.shape[1]}
         self._tracers = Tracers(EmbreeScene(scene))
         longest = max(rays.shape[1] for rays in self.rays.values())
         self._t, self._prims = aligned(longest), aligned(longest, np.int32)
@@ -64,7 +64,7 @@ class Yardstick:
         rays = self.rays[kind]
         step = max(1, rays.shape[1] // _TRIAL_RAYS)
         kept = np.arange(rays.shape[1]) // _STRETCH % step == 0
-        sample = in_lines(rays[:, kept])
+        sample = aligned_copy(rays[:, kept])
 
         def run(how: Configuration) -> None:
             self._tracer(kind, how)(sample, self._t, self._prims, np.zeros(1, np.int64))

@@ -7,7 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt import bvh
-from glimt.layout import FACE, LEAF_SIZE, LEAF_STEP, NODE, TANGENT, TRIANGLE, TRIANGLE_BLOCK, VERTEX, aligned, dtype
+from glimt.layout import (
+    FACE,
+    LEAF_SIZE,
+    LEAF_STEP,
+    NODE,
+    TANGENT,
+    TRIANGLE,
+    TRIANGLE_BLOCK,
+    VERTEX,
+    aligned,
+    aligned_copy,
+    dtype,
+)
 from glimt.scene.mesh import Mesh
 from glimt.scene.tangents import tangent_space
 
@@ -64,8 +76,7 @@ class PackedMesh(NamedTuple):
 
     def tree(self) -> bvh.WideTree:
         """Return the tree of the mesh, as if it stood alone."""
-        nodes = aligned(self.nodes.size)
-        nodes[:] = self.nodes
+        nodes = aligned_copy(self.nodes)
         shift_codes(nodes, -self.first_node, -self.first_block)
         prims = self.blocks.view(np.int32).reshape(-1, TRIANGLE_BLOCK.words)[:, TRIANGLE_BLOCK.prim:]
         return bvh.WideTree(nodes, np.where(prims >= 0, self.numbers()[prims], np.int32(-1)), self.depth)

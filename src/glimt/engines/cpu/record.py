@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from glimt.engines.cpu.control import new_control, new_counters
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.film import Counters
+from glimt.layout import aligned_copy
 from glimt.packed import PackedScene
 
 KINDS = ("primary", "shadow", "mirror")
@@ -25,7 +26,7 @@ def record_rays(packed: PackedScene, light_count: int, view: NDArray[np.float32]
     counted = _trace(packed, light_count, view, size, samples, max_bounces, np.zeros((3, 7, 0), np.float32))
     rays = np.zeros((3, 7, max(counted[:3])), np.float32)
     _trace(packed, light_count, view, size, samples, max_bounces, rays)
-    return {kind: np.ascontiguousarray(rays[k, :, :counted[k]]) for k, kind in enumerate(KINDS)}
+    return {kind: aligned_copy(rays[k, :, :counted[k]]) for k, kind in enumerate(KINDS)}
 
 
 def _trace(packed: PackedScene, light_count: int, view: NDArray[np.float32], size: tuple[int, int], samples: int,

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from glimt.engines.cpu.kernels.block import RAY, SLOTS
+from glimt.engines.cpu.kernels.surface import largest
 from glimt.kernel import inline, routine
 from glimt.lanes import (
     LANES,
@@ -122,12 +123,6 @@ def other_axes(axis):
 
 
 @inline
-def _largest(v):
-    """Return the largest component by size."""
-    return maximum(absolute(v.x), maximum(absolute(v.y), absolute(v.z)))
-
-
-@inline
 def _turned(words, at, axis, longest_x, longest_y):
     """Return the vectors of a packet with their components turned so that the longest axis of each ray is z."""
     if axis == ANY_AXIS:
@@ -141,11 +136,11 @@ def set_up(words, slot, origin, direction):
     """Write the rays of a packet to its slots of a RAY block; every lane must hold a ray."""
     d = direction
     ax, ay, az = absolute(d.x), absolute(d.y), absolute(d.z)
-    least = maximum(maximum(ax, maximum(ay, az)) * _SMALLEST, _TINY)
+    least = maximum(largest(d) * _SMALLEST, _TINY)
     if any_lane(minimum(ax, minimum(ay, az)) < least):
         d = vector3(_not_too_small(d.x, least), _not_too_small(d.y, least), _not_too_small(d.z, least))
     inverse = vector3(reciprocal(d.x), reciprocal(d.y), reciprocal(d.z))
-    error = _largest(origin) * _ROUNDING
+    error = largest(origin) * _ROUNDING
     pad = vector3(absolute(inverse.x) * error, absolute(inverse.y) * error, absolute(inverse.z) * error)
     store3(words, RAY.origin + slot, SLOTS, origin)
     store3(words, RAY.direction + slot, SLOTS, direction)
@@ -236,7 +231,7 @@ def interval(words, packets, shared_origin):
     if not shared_origin:
         x0, y0, z0 = lowest(low_origin.x), lowest(low_origin.y), lowest(low_origin.z)
         x1, y1, z1 = highest(high_origin.x), highest(high_origin.y), highest(high_origin.z)
-    error = highest(maximum(_largest(low_origin), _largest(high_origin))) * _ROUNDING
+    error = highest(maximum(largest(low_origin), largest(high_origin))) * _ROUNDING
     x = _slab(low.x, high.x, x0, x1, error, NODE.lo_x, NODE.hi_x)
     y = _slab(low.y, high.y, y0, y1, error, NODE.lo_y, NODE.hi_y)
     z = _slab(low.z, high.z, z0, z1, error, NODE.lo_z, NODE.hi_z)

@@ -90,7 +90,7 @@ def _normal_to_world(scene, record, n):
 
 
 @inline
-def _largest(v):
+def largest(v):
     """Return the largest component by size."""
     return maximum(absolute(v.x), maximum(absolute(v.y), absolute(v.z)))
 
@@ -98,7 +98,7 @@ def _largest(v):
 @inline
 def _rescaled(v):
     """Return v with a largest component of 1, so that its square stays within float32 at any scale."""
-    return v * reciprocal(maximum(_largest(v), _TINY))
+    return v * reciprocal(maximum(largest(v), _TINY))
 
 
 @inline
@@ -138,7 +138,7 @@ def _mesh_surface(scene, record, hit, prim, lanes, direction):
         point = _to_world(scene, record, point, np.float32(1))
         edge1 = _to_world(scene, record, edge1, np.float32(0))
         edge2 = _to_world(scene, record, edge2, np.float32(0))
-    size = maximum(_largest(edge1), _largest(edge2))
+    size = maximum(largest(edge1), largest(edge2))
     per_size = reciprocal(maximum(size, _TINY))  # so that squares of areas stay within float32 at any scale
     facing = cross(edge1 * per_size, edge2 * per_size)
     per_area = reciprocal_sqrt(maximum(dot(facing, facing), _TINY))
@@ -237,7 +237,7 @@ def _merge(m, a, b):
 @inline
 def above(surface):
     """Return where rays may leave a surface: so far above it that rounding never puts them below."""
-    return surface.point + surface.ng * ((_largest(surface.point) + surface.extent) * OFFSET_ERROR)
+    return surface.point + surface.ng * ((largest(surface.point) + surface.extent) * OFFSET_ERROR)
 
 
 @routine
