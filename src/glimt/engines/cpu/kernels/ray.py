@@ -14,7 +14,6 @@ from glimt.kernel import inline
 from glimt.lanes import (
     bits,
     count_trailing_zeros,
-    extract,
     fma,
     i32,
     load,
@@ -30,11 +29,15 @@ from glimt.lanes import (
     store_scalar,
     store_scalar_int,
 )
-from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, LEAF_STEP, NODE, TRIANGLE_BLOCK
+from glimt.layout import BOTH_X, BOTH_Y, BOTH_Z, BOX_SLACK, LEAF_SIZE, LEAF_STEP, NODE, TRIANGLE_BLOCK
 
 _Y, _Z = np.int64(SLOTS), np.int64(2 * SLOTS)  # words from a vector's x to its y and z
 _PLANES = _Y // AXIS
 """Words from one axis to the next among rays for each of those in a leaf block."""
+
+_U, _V = np.int64(LEAF_SIZE), np.int64(2 * LEAF_SIZE)  # words from the t at which triangles are met to u and v
+MET_WORDS = 3 * int(LEAF_SIZE)
+"""Words of where a ray meets the triangles of a leaf."""
 
 
 class Corner(NamedTuple):
@@ -114,26 +117,38 @@ def keep(scene, base, inst, hits, slot, j, t, u, v):
 
 
 @inline
-def leaf(scene, inst, code, rays, singles, hits, slot, occlusion):
-    """Test up to four triangles at once (see `triangle.triangle_leaf`)."""
-    words = scene.blas_blocks
-    base = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
+def leaf(scene, code, rays, singles, hits, slot, met, place, occlusion):
+    """Test up to four triangles at once (see `triangle.triangle_leaf`); return those met before the ray's hit as bits.
+
+    Where they are met is written to `met` from `place` on. There is no branch: see `take_hits`.
+    """
+    words, base = scene.blas_blocks, np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
     a = _corners(words, base, rays, singles, slot)
     b = _corners(words, base + CORNER, rays, singles, slot)
     c = _corners(words, base + 2 * CORNER, rays, singles, slot)
     wa, wb, wc, between = edges(a, b, c)
-    inside = bits(between) & ((1 << (code % LEAF_STEP)) - 1)
-    if inside:
-        longest = np.int64(scalar_int(singles, SINGLE.axis + _Z + slot)) * _PLANES
-        ts, us, vs, near = meeting(a, b, c, wa, wb, wc, scalar(rays, RAY.inverse + longest + slot))
-        limit = scalar(hits, HIT.t + slot)
-        inside &= bits(near & (ts > 0.0) & (ts < limit if occlusion else ts <= limit))
-        if inside and occlusion:
+    longest = np.int64(scalar_int(singles, SINGLE.axis + _Z + slot)) * _PLANES
+    t, u, v, near = meeting(a, b, c, wa, wb, wc, scalar(rays, RAY.inverse + longest + slot))
+    store(met, place, t)
+    store(met, place + _U, u)
+    store(met, place + _V, v)
+    limit = scalar(hits, HIT.t + slot)
+    inside = between & near & (t > 0.0) & (t < limit if occlusion else t <= limit)
+    return np.int32(bits(inside) & ((1 << (code % LEAF_STEP)) - 1))
+
+
+@inline
+def take_hits(scene, inst, code, hits, slot, met, place, inside, occlusion):
+    """Make the nearest of the triangles that a ray has met at a `leaf` its hit; with `occlusion` it is done."""
+    if occlusion:
+        if inside:
             store_scalar(hits, HIT.t + slot, DONE)
             store_scalar_int(hits, HIT.prim + slot, code)
             store_scalar_int(hits, HIT.inst + slot, inst)
-            return
-        while inside:
-            j = count_trailing_zeros(inside)
-            inside &= inside - 1
-            keep(scene, base, inst, hits, slot, j, extract(ts, j), extract(us, j), extract(vs, j))
+        return
+    base = np.int64(code // LEAF_STEP) * TRIANGLE_BLOCK.words
+    while inside:
+        j = np.int64(count_trailing_zeros(inside))
+        inside &= inside - 1
+        keep(scene, base, inst, hits, slot, j, scalar(met, place + j), scalar(met, place + _U + j),
+             scalar(met, place + _V + j))

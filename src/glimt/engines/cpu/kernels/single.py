@@ -4,7 +4,8 @@ While a ray's next node is on its way from memory, the others of the block have 
 would wait for most of the time.
 
 How many rays want a subtree, or whether a ray goes on, no processor can foresee, and a wrong guess costs as much as
-half a node: there are few branches on such things.
+half a node: there are few branches on such things. And the sooner one is found to be wrong, the less has been done for
+nothing: what has come of one ray's visit is acted on after the next ray's has begun, when it is known.
 """
 
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from glimt.engines.cpu.kernels.block import HIT, SINGLE, SINGLE_WORDS, SLOTS, first_packet, without_packet
-from glimt.engines.cpu.kernels.ray import children, leaf, put_single
+from glimt.engines.cpu.kernels.ray import MET_WORDS, children, leaf, put_single, take_hits
 from glimt.kernel import inline, routine
 from glimt.lanes import (
     LANES,
@@ -50,6 +51,8 @@ _STACK = np.int64(_PENDING + STACK_SIZE + _LINE)
 _STACK_WORDS = (SLOTS + 1) * (_PENDING + STACK_SIZE + _LINE)
 _BOTTOMS = SLOTS + LANES
 """One ray more than there are: what is left to that one is left to nobody."""
+_MET_WORDS = 2 * MET_WORDS
+"""For the ray at hand and the one before."""
 _FEW = 3
 """A subtree is left to so few rays most often."""
 
@@ -64,6 +67,20 @@ class Pending(NamedTuple):
     distances: object
     bottoms: object
     count: object
+
+
+class Visit(NamedTuple):
+    """What has come of a ray's visit to a node or a leaf block.
+
+    slot: the ray; code: of the node or leaf; top: of its stack; place: where in `met` it says where the triangles are
+    that were met, and inside: which ones.
+    """
+
+    slot: object
+    code: object
+    top: object
+    place: object
+    inside: object
 
 
 @inline
@@ -156,6 +173,13 @@ def _next(scene, hits, pending, codes, tops, top, slot):
     return np.int64(0)
 
 
+@inline
+def _act_on(scene, inst, hits, pending, codes, tops, met, visit, occlusion):
+    """Have a ray keep what it has met, and take its next entry: what lies behind its hit is passed over."""
+    take_hits(scene, inst, ~visit.code, hits, visit.slot, met, visit.place, visit.inside, occlusion)
+    return _next(scene, hits, pending, codes, tops, visit.top, visit.slot)
+
+
 @routine
 def walk_pending(scene, rays, hits, pending, lanes, occlusion, inst):
     """Walk each ray of `lanes` that still looks for something down the subtrees left to it."""
@@ -169,14 +193,17 @@ def walk_pending(scene, rays, hits, pending, lanes, occlusion, inst):
         slot = np.int64(count_trailing_zeros(lanes))
         lanes &= lanes - 1
         todo |= _next(scene, hits, pending, codes, tops, slot * _STACK + _PENDING, slot)
+    met, zero = stack_floats(_MET_WORDS), np.int32(0)
     while todo:
-        turns, todo = todo, np.int64(0)
+        turns, todo, before = todo, np.int64(0), Visit(np.int64(SLOTS), zero, np.int64(0), np.int64(0), zero)
         while turns:
-            slot = np.int64(count_trailing_zeros(turns))
+            slot, place = np.int64(count_trailing_zeros(turns)), MET_WORDS - before.place
             turns &= turns - 1
-            code, top = scalar_int(codes, slot), np.int64(scalar_int(tops, slot))
+            code, top, inside = scalar_int(codes, slot), np.int64(scalar_int(tops, slot)), zero
             if code >= 0:
                 top = push(scene.blas_nodes, code, rays, singles, hits, pending, top, slot)
             else:
-                leaf(scene, inst, ~code, rays, singles, hits, slot, occlusion)
-            todo |= _next(scene, hits, pending, codes, tops, top, slot)  # what lies behind the hit is passed over
+                inside = leaf(scene, ~code, rays, singles, hits, slot, met, place, occlusion)
+            todo |= _act_on(scene, inst, hits, pending, codes, tops, met, before, occlusion)
+            before = Visit(slot, code, top, place, inside)
+        todo |= _act_on(scene, inst, hits, pending, codes, tops, met, before, occlusion)

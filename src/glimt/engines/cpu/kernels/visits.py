@@ -13,7 +13,7 @@ from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, cre
 from glimt.engines.cpu.kernels.debug import store_numbers
 from glimt.engines.cpu.kernels.hit import FAR, begin_hits, hit_at, replace, store_hit
 from glimt.engines.cpu.kernels.packet import fill_idle, rays_at, set_up
-from glimt.engines.cpu.kernels.ray import leaf, put_single
+from glimt.engines.cpu.kernels.ray import MET_WORDS, leaf, put_single, take_hits
 from glimt.engines.cpu.kernels.single import REACH, Pending, push
 from glimt.engines.cpu.kernels.sphere import sphere_hit
 from glimt.engines.cpu.kernels.tile import take_tile
@@ -54,14 +54,15 @@ def _pop(stack, hits, top, bottom, slot):
 @routine
 def _walk_mesh(scene, inst, root, rays, singles, hits, stack, bottom, slot):
     """Walk one ray down a mesh's tree; return how many nodes and triangle blocks it visits."""
-    nodes, blocks, code, top, more = 0, 0, np.int32(root), bottom, True
+    nodes, blocks, code, top, more, met = 0, 0, np.int32(root), bottom, True, stack_floats(MET_WORDS)
     while more:
         if code >= 0:
             nodes += 1
             top = push(scene.blas_nodes, code, rays, singles, hits, stack, top, slot)
         else:
             blocks += 1
-            leaf(scene, inst, ~code, rays, singles, hits, slot, False)
+            inside = leaf(scene, ~code, rays, singles, hits, slot, met, np.int64(0), False)
+            take_hits(scene, inst, ~code, hits, slot, met, np.int64(0), inside, False)
         more, top = _pop(stack, hits, top, bottom, slot)
         code = scalar_int(stack.stack, top)
     return nodes, blocks
