@@ -12,11 +12,13 @@ from typer.testing import CliRunner
 pytest.importorskip("embreex", reason="Embree, the yardstick, is not installed")
 
 import closed_meshes
-from glimt.bench import first_image, frame_scenes, mesh_sizes
+from glimt.bench import first_image, frame_scenes, mesh_sizes, steady
 from glimt.bench.measure import Blocks, interleave_blocks, milliseconds, processor_quotient, quotient
 from glimt.bench.steady import orbited
 from glimt.cli.app import app
 from glimt.errors import GlimtError
+from glimt.io import load
+from glimt.renderer import Renderer
 from glimt.scene.camera import Camera
 
 SCENE = """
@@ -188,6 +190,27 @@ def test_a_camera_goes_round_its_target():
     there = orbited(camera, 90)
     np.testing.assert_allclose(there.position, (6, 2, 0), atol=1e-12)
     assert (there.target, there.fov_deg) == (camera.target, camera.fov_deg)
+
+
+def test_a_frame_swings_the_camera_but_does_not_look_for_its_place(folder, monkeypatch):
+    seen = []
+
+    def render(self, film=None):
+        seen.append(self.scene.camera)
+        return rendered(self, film=film)
+
+    rendered = Renderer.render
+    monkeypatch.setattr(Renderer, "render", render)
+    frame = steady.SteadyFrames(load("room.toml"), 1, 4.0)
+    monkeypatch.setattr(steady, "orbited", None)
+    for _ in range(steady._FRAMES + 1):
+        frame()
+    first, swung = seen[1], seen[2:]
+    assert swung[-1] is first  # round and round
+    assert len({camera.position for camera in swung}) > steady._FRAMES / 4
+    arms = [np.subtract(camera.position, camera.target) for camera in (first, *swung)]
+    cosines = [float(arm @ arms[0] / (arms[0] @ arms[0])) for arm in arms]
+    assert 3.5 < np.degrees(np.arccos(min(cosines))) <= 4  # the arm is not quite across the axis
 
 
 def test_a_ratio_is_taken_within_rounds():

@@ -2,12 +2,16 @@
 
 import math
 from dataclasses import replace
+from itertools import cycle
 
 from glimt import linalg
 from glimt.film import Counters
 from glimt.renderer import Renderer
 from glimt.scene.camera import Camera
 from glimt.scene.scene import Scene
+
+_FRAMES = 32
+"""Frames in which the camera swings to both sides and back."""
 
 
 def orbited(camera: Camera, angle_deg: float) -> Camera:
@@ -20,7 +24,8 @@ def orbited(camera: Camera, angle_deg: float) -> Camera:
 class SteadyFrames:
     """Calling it renders the scene's next frame into the film of the last one.
 
-    The camera swings about its target by up to `swing_deg` to each side, a little for each frame.
+    The camera swings about its target by up to `swing_deg` to each side, a little for each frame. The cameras are made
+    before: to find their places is no part of a frame.
 
     Attributes
     ----------
@@ -33,14 +38,13 @@ class SteadyFrames:
     def __init__(self, scene: Scene, threads: int, swing_deg: float = 0.0) -> None:
         own = replace(scene)  # to move its camera
         self._renderer = Renderer(own, threads=threads, engine="cpu")
-        self._camera, self._swing_deg, self._frame = scene.camera_or_framing(), swing_deg, 0
+        camera = scene.camera_or_framing()
+        self._cameras = cycle([orbited(camera, swing_deg * math.sin(math.tau * k / _FRAMES)) for k in range(_FRAMES)])
         self._film = self._renderer.render()
         self._renderer.settle()
         self.counters = self._film.counters
 
     def __call__(self) -> None:
         """Render a frame."""
-        if self._swing_deg:
-            self._frame += 1
-            self._renderer.scene.camera = orbited(self._camera, self._swing_deg * math.sin(0.2 * self._frame))
+        self._renderer.scene.camera = next(self._cameras)
         self._film = self._renderer.render(film=self._film)
