@@ -28,7 +28,7 @@ from glimt.engines.cpu.kernels.shade import terminator
 from glimt.engines.cpu.kernels.sphere import sphere_hit
 from glimt.engines.cpu.kernels.surface import Surface, above
 from glimt.engines.cpu.kernels.texture import sample_texture
-from glimt.engines.cpu.kernels.triangle import edges, meeting
+from glimt.engines.cpu.kernels.triangle import edges, meeting, within
 from glimt.kernel import inline
 from glimt.lanes import (
     f32,
@@ -223,8 +223,8 @@ def test_edges_and_meeting(random):
     def on_lanes(scene, given, answers, n, i):
         a, b, c = load3(given, i, n), load3(given, 3 * n + i, n), load3(given, 6 * n + i, n)
         wa, wb, wc, inside = edges(a, b, c)
-        t, u, v, near = meeting(a, b, c, wa, wb, wc, load(given, 9 * n + i))
-        store(answers, i, select(inside & near, f32(1.0), 0.0))
+        t, u, v = meeting(wa, wb, wc, a.z, b.z, c.z, load(given, 9 * n + i))
+        store(answers, i, select(inside & within(a, b, c), f32(1.0), 0.0))
         store(answers, n + i, t)
         store(answers, 2 * n + i, u)
         store(answers, 3 * n + i, v)
@@ -234,8 +234,9 @@ def test_edges_and_meeting(random):
     wanted, got = both_answers(
         _scene(random), on_lanes, "let place = at % 4u;\n"
         "let a = corner_here(0u); let b = corner_here(3u); let c = corner_here(6u);\n"
-        "let w = edges(a, b, c);\nlet met = meeting(a, b, c, w.wa, w.wb, w.wc, value(9u));\n"
-        "put_flag(0u, w.inside[place] && met.inside[place]);\n"
+        "let w = edges(a, b, c);\nlet met = meeting(w.wa, w.wb, w.wc, a.z, b.z, c.z, value(9u));\n"
+        "let here = w.inside & within(a, b, c) & met.anywhere;\n"
+        "put_flag(0u, here[place]);\n"
         "put(1u, met.t[place]); put(2u, met.u[place]); put(3u, met.v[place]);", given, 4, _CORNERS)
     a, b, c = given[0:2], given[3:5], given[6:8]
     inside, sure = _is_inside(np.array([c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0],

@@ -11,7 +11,7 @@ from glimt.engines.cpu.kernels.block import HIT, RAY, first_packet, lanes_of_pac
 from glimt.engines.cpu.kernels.hit import block, hit_at, store_hit
 from glimt.engines.cpu.kernels.packet import ANY_AXIS, Shears, other_axes, permute, shears_at
 from glimt.engines.cpu.kernels.ray import keep
-from glimt.engines.cpu.kernels.triangle import AXIS, CORNER, edges, meeting, sheared, triangle_leaf
+from glimt.engines.cpu.kernels.triangle import AXIS, CORNER, edges, meeting, sheared, triangle_leaf, within
 from glimt.kernel import inline
 from glimt.lanes import (
     LANES,
@@ -104,11 +104,12 @@ def _leaf_of_few(scene, inst, code, rays, hits, slot, lanes, occlusion):
         wa, wb, wc, between = edges(a, b, c)
         inside &= bits(between)
         if inside:
-            t, u, v, near = meeting(a, b, c, wa, wb, wc, shears.shear.z)
+            t, u, v = meeting(wa, wb, wc, a.z, b.z, c.z, shears.shear.z)
+            inside &= bits(within(a, b, c) & (t > 0.0))
             if occlusion:
-                blocked |= _rays_of(inside & bits(near & (t > 0.0) & (t < limit)), here)
+                blocked |= _rays_of(inside & bits(t < limit), here)
                 continue
-            inside &= bits(near & (t > 0.0) & (t <= limit))
+            inside &= bits(t <= limit)
             store(slots, 0, index)
             store(found, 0, t)
             store(found, LANES, u)

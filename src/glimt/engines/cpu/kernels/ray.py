@@ -9,7 +9,7 @@ import numpy as np
 
 from glimt.engines.cpu.kernels.block import HIT, RAY, SINGLE, SLOTS
 from glimt.engines.cpu.kernels.hit import DONE, number_of
-from glimt.engines.cpu.kernels.triangle import AXIS, CORNER, edges, meeting
+from glimt.engines.cpu.kernels.triangle import AXIS, CORNER, edges, meeting, within
 from glimt.kernel import inline
 from glimt.lanes import (
     bits,
@@ -128,12 +128,12 @@ def leaf(scene, code, rays, singles, hits, slot, met, place, occlusion):
     c = _corners(words, base + 2 * CORNER, rays, singles, slot)
     wa, wb, wc, between = edges(a, b, c)
     longest = np.int64(scalar_int(singles, SINGLE.axis + _Z + slot)) * _PLANES
-    t, u, v, near = meeting(a, b, c, wa, wb, wc, scalar(rays, RAY.inverse + longest + slot))
+    t, u, v = meeting(wa, wb, wc, a.z, b.z, c.z, scalar(rays, RAY.inverse + longest + slot))
     store(met, place, t)
     store(met, place + _U, u)
     store(met, place + _V, v)
     limit = scalar(hits, HIT.t + slot)
-    inside = between & near & (t > 0.0) & (t < limit if occlusion else t <= limit)
+    inside = between & within(a, b, c) & (t > 0.0) & (t < limit if occlusion else t <= limit)
     return np.int32(bits(inside) & ((1 << (code % LEAF_STEP)) - 1))
 
 

@@ -34,22 +34,23 @@ fn edges(a: Corners, b: Corners, c: Corners) -> Edges {
                  ((wa >= zero) & (wb >= zero) & (wc >= zero)) | ((wa <= zero) & (wb <= zero) & (wc <= zero)));
 }
 
-// Return where a ray, which is at 0, passes between the least and the greatest of three coordinates.
-fn within(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> vec4<bool> {
+// Return where a ray, which is at 0, passes between the least and the greatest coordinates of corners.
+fn within(a: Corners, b: Corners, c: Corners) -> vec4<bool> {
     let zero = vec4(0.0);
-    return ((a <= zero) | (b <= zero) | (c <= zero)) & ((a >= zero) | (b >= zero) | (c >= zero));
+    return ((a.x <= zero) | (b.x <= zero) | (c.x <= zero)) & ((a.x >= zero) | (b.x >= zero) | (c.x >= zero))
+         & ((a.y <= zero) | (b.y <= zero) | (c.y <= zero)) & ((a.y >= zero) | (b.y >= zero) | (c.y >= zero));
 }
 
-struct Meeting { t: vec4<f32>, u: vec4<f32>, v: vec4<f32>, inside: vec4<bool> }
+struct Meeting { t: vec4<f32>, u: vec4<f32>, v: vec4<f32>, anywhere: vec4<bool> }
 
-// Return where a ray meets the planes of triangles, and where that can be inside: never for an edge-on one.
-fn meeting(a: Corners, b: Corners, c: Corners, wa: vec4<f32>, wb: vec4<f32>, wc: vec4<f32>, shear_z: f32) -> Meeting {
+// Return where a ray meets the planes of triangles, by edge functions and the z of their corners; nowhere if edge-on.
+fn meeting(wa: vec4<f32>, wb: vec4<f32>, wc: vec4<f32>, za: vec4<f32>, zb: vec4<f32>, zc: vec4<f32>,
+           shear_z: f32) -> Meeting {
     let sum = wa + wb + wc;
     let scale = 1.0 / sum;
     let u = wb * scale;
     let v = wc * scale;
-    let t = fma(wa * scale, a.z, fma(u, b.z, v * c.z)) * shear_z;
-    return Meeting(t, u, v, (sum != vec4(0.0)) & within(a.x, b.x, c.x) & within(a.y, b.y, c.y));
+    return Meeting(fma(wa * scale, za, fma(u, zb, v * zc)) * shear_z, u, v, sum != vec4(0.0));
 }
 
 // Test the triangles of a leaf block; return whether one blocks the ray, if that is all that is asked.
@@ -59,8 +60,9 @@ fn triangle_leaf(inst: u32, code: u32, ray: Ray, hit: ptr<function, Hit>, occlus
     let b = corner(base + TRIANGLE_BLOCK_x1 / 4u, ray);
     let c = corner(base + TRIANGLE_BLOCK_x2 / 4u, ray);
     let w = edges(a, b, c);
-    let met = meeting(a, b, c, w.wa, w.wb, w.wc, ray.shear.z);
-    let found = w.inside & met.inside & (met.t > vec4(0.0)) & (vec4(0u, 1u, 2u, 3u) < vec4(code % LEAF_STEP));
+    let met = meeting(w.wa, w.wb, w.wc, a.z, b.z, c.z, ray.shear.z);
+    let found = w.inside & within(a, b, c) & met.anywhere & (met.t > vec4(0.0))
+        & (vec4(0u, 1u, 2u, 3u) < vec4(code % LEAF_STEP));
     let t = select(vec4(FAR), met.t, found);
     let nearest = min(min(t.x, t.y), min(t.z, t.w));
     if occlusion { return nearest < (*hit).t; }
