@@ -51,8 +51,8 @@ _STACK = np.int64(_PENDING + STACK_SIZE + _LINE)
 _STACK_WORDS = (SLOTS + 1) * (_PENDING + STACK_SIZE + _LINE)
 _BOTTOMS = SLOTS + LANES
 """One ray more than there are: what is left to that one is left to nobody."""
-_MET_WORDS = 2 * MET_WORDS
-"""For the ray at hand and the one before."""
+_TWO_VISITS = 2 * MET_WORDS
+"""Words of what the ray at hand and the one before have met."""
 _FEW = 3
 """A subtree is left to so few rays most often."""
 
@@ -193,7 +193,7 @@ def walk_pending(scene, rays, hits, pending, lanes, occlusion, inst):
         slot = np.int64(count_trailing_zeros(lanes))
         lanes &= lanes - 1
         todo |= _next(scene, hits, pending, codes, tops, slot * _STACK + _PENDING, slot)
-    met, zero = stack_floats(_MET_WORDS), np.int32(0)
+    met, zero = stack_floats(_TWO_VISITS), np.int32(0)
     while todo:
         turns, todo, before = todo, np.int64(0), Visit(np.int64(SLOTS), zero, np.int64(0), np.int64(0), zero)
         while turns:
