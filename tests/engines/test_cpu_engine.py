@@ -77,20 +77,20 @@ def test_ctrl_c_while_work_is_handed_out_leaves_no_job_behind(scene, monkeypatch
     """Else it would take tiles away from the next film."""
     scene.settings = glimt.RenderSettings(2048, 2048, samples=8)
     renderer = glimt.Renderer(scene, threads=2)
-    pool = renderer._engine._pool
-    submit, jobs = pool.submit, []
+    team = renderer._engine._team
+    give, given = team.give, []
 
-    def interrupted(*arguments):
-        if jobs:
+    def interrupted(number, jobs, job):
+        if given:
             raise KeyboardInterrupt
-        jobs.append(submit(*arguments))
-        return jobs[0]
+        give(number, jobs, job)
+        given.append(jobs)
 
     with monkeypatch.context() as patched:
-        patched.setattr(pool, "submit", interrupted)
+        patched.setattr(team, "give", interrupted)
         with pytest.raises(KeyboardInterrupt):
             renderer.render()
-    assert jobs[0].done()
+    assert given[0].have_ended(0.0)
     scene.settings = glimt.RenderSettings(SIZE, SIZE)
     assert renderer.render().sums[..., 3].min() == 1
 

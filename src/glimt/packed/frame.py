@@ -58,22 +58,27 @@ def _light_row(light: Light, time: float) -> LightRow:
 
 def pack_view(camera: Camera, settings: RenderSettings, lights: list[Light]) -> NDArray[np.float32]:
     """Return the VIEW record of a frame."""
-    basis = camera.basis()
+    right, up, look = camera.axes()
     reach = math.tan(math.radians(camera.fov_deg) / 2)
+    reach_x = reach * settings.width / settings.height
     ambient = color("settings", "ambient", settings.ambient)
     for light in lights:
         red, green, blue = color(light.owner, "ambient", light.ambient)
         ambient = ambient[0] + red, ambient[1] + green, ambient[2] + blue
     record = np.empty(1, dtype(VIEW))
-    record[0] = (tuple(camera.position), basis.right * (reach * settings.width / settings.height), basis.up * reach,
-                 basis.look, 2 * reach / settings.height, color("settings", "background", settings.background),
-                 ambient, exposure_scale(settings.exposure), settings.tone_curve == "filmic")
+    record[0] = (tuple(camera.position), _scaled(right, reach_x), _scaled(up, reach), look,
+                 2 * reach / settings.height, color("settings", "background", settings.background), ambient,
+                 exposure_scale(settings.exposure), settings.tone_curve == "filmic")
     return record.view(np.float32)
 
 
 def color(owner: str, field: str, value: Any) -> Triple:
     """Return a colour as three numbers: what was set by hand since a constructor checked it may be one number."""
     return value if type(value) is tuple and len(value) == 3 else checks.color(owner, field, value)
+
+
+def _scaled(v: Triple, factor: float) -> Triple:
+    return v[0] * factor, v[1] * factor, v[2] * factor
 
 
 def _triple(light: Light, field: str, value: Any) -> Triple:

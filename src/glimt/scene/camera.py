@@ -49,10 +49,13 @@ class Camera:
         self.target = checks.vector("camera", "target", self.target)
         self.up = checks.direction("camera", "up", self.up)
         self.fov_deg = checks.number("camera", "fov_deg", self.fov_deg, 0.001, 179)
-        self.basis()
+        self.axes()
 
-    def basis(self) -> Basis:
-        """Return the camera's unit vectors; an error where it looks at itself or along `up`."""
+    def axes(self) -> tuple[Point, Point, Point]:
+        """Return the unit vectors of `basis` as plain numbers; an error where the camera looks at itself or along `up`.
+
+        A camera moves each frame, and arrays of three numbers are ten times as slow.
+        """
         (x, y, z), (tx, ty, tz) = self.position, self.target
         look = _unit(tx - x, ty - y, tz - z)
         if not any(look):
@@ -61,7 +64,11 @@ class Camera:
         if math.hypot(*right) < 1e-6:
             raise GlimtError(f"camera: up {self.up} lies along the line of sight, choose another up")
         right = _unit(*right)
-        return Basis(np.array(right), np.array(_cross(right, look)), np.array(look))
+        return right, _cross(right, look), look
+
+    def basis(self) -> Basis:
+        """Return the camera's unit vectors; an error where it looks at itself or along `up`."""
+        return Basis(*map(np.array, self.axes()))
 
     @classmethod
     def framing(cls, lo: ArrayLike, hi: ArrayLike, aspect: float = 1.0, fov_deg: float = 40.0,
@@ -79,8 +86,6 @@ class Camera:
         position = center - basis.look * distance
         return cls(tuple(position.tolist()), tuple(center.tolist()), (0.0, 1.0, 0.0), fov_deg)
 
-
-# Plain floats: a camera moves each frame, and arrays of three numbers are ten times as slow.
 
 def _cross(a: Point, b: Point) -> Point:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

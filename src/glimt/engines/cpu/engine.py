@@ -5,7 +5,6 @@ import logging
 import os
 import time
 from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import partial
 from typing import Any
 
@@ -20,6 +19,7 @@ from glimt.engines.cpu.kernels.debug import BARYCENTRICS, DEPTH, INSTANCES, NORM
 from glimt.engines.cpu.kernels.frame import render_tiles
 from glimt.engines.cpu.kernels.refine import FIRST_FOOTPRINT, refine_tiles
 from glimt.engines.cpu.kernels.visits import count_visits
+from glimt.engines.cpu.team import Jobs, Team
 from glimt.engines.cpu.warm_up import STAGE, compile_kernels
 from glimt.engines.engine import Hits, Progress, Samples
 from glimt.engines.options import DEFAULT_OPTIONS, EngineOptions
@@ -63,7 +63,7 @@ class CpuEngine:
                              f"1024, and one of {', '.join(map(str, PACKET_COUNTS))} or None for all")
         self._options = options
         self.threads = threads or available_threads()
-        self._pool = ThreadPoolExecutor(self.threads, "glimt")
+        self._team = Team()
         self._scene: tuple[PackedScene, int] | None = None  # with its number of lights
         self._running: dict[int, NDArray[np.int64]] = {}
 
@@ -173,17 +173,16 @@ class CpuEngine:
         """Let a kernel write all tiles of the picture `given[3]`, with a job for each row of counters."""
         taken, tiles = tiles_taken(control), _tile_count(given[3], int(control[TILE_SIDE]))
         taken[:] = 0
-        jobs: list[Future[Any]] = []
+        jobs = Jobs()
         try:  # awake for Ctrl-C; whatever happens, no job outlives this call
-            for own in counters:
-                jobs.append(self._pool.submit(partial(kernel, *given, control, own, _NO_RAYS)))
-            for job in jobs:
-                while not _ends(job):
-                    if progress:
-                        progress("rendering", min(1.0, taken.sum() / tiles))
+            for number, own in enumerate(counters):
+                self._team.give(number, jobs, partial(kernel, *given, control, own, _NO_RAYS))
+            while not jobs.have_ended(_POLL_SECONDS):
+                if progress:
+                    progress("rendering", min(1.0, taken.sum() / tiles))
         except BaseException:
             control[CANCEL] = 1
-            wait(jobs)
+            jobs.wait(_POLL_SECONDS)
             raise
         if control[CANCEL]:
             raise RenderCancelled
@@ -203,12 +202,3 @@ def _stage_seconds(counters: list[int], seconds: float) -> dict[str, float]:
 def _part(progress: Progress | None, start: float) -> Progress | None:
     """Return what is told of one half of the work, as part of the whole."""
     return progress and (lambda stage, share: progress(stage, start + share / 2))
-
-
-def _ends(job: "Future[Any]") -> bool:
-    """Return whether a job ends within the time of a poll; one that failed raises its error."""
-    try:
-        job.result(_POLL_SECONDS)  # in a small frame faster than `wait`
-    except TimeoutError:
-        return False
-    return True
