@@ -110,15 +110,14 @@ def test_rows_without_files_are_left_out_and_that_is_said(folder):
     assert "Left out: statues" in out
 
 
-def test_without_any_file_everything_is_left_out(folder):
-    code, out, err = bench("frames", *QUICK)
+def test_in_any_folder_the_example_is_there_and_models_are_asked_for(folder):
+    code, out, err = bench("frames", *QUICK, "--rows", "room,statues,instances", "--threads", 1, "--no-first-image")
     assert code == 0, err
     result = json.loads((folder / "result.json").read_text())
-    assert result["rows"] == []
-    assert [entry["row"] for entry in result["missing"]] == [*frame_scenes.ROWS, "first image"]
-    for remedy in ("--scene FILE", "--models FOLDER"):
-        assert remedy in err
-        assert remedy in out
+    assert [(row["row"], row["spheres"] > 0) for row in result["rows"]] == [("room", True)]
+    assert [entry["row"] for entry in result["missing"]] == ["statues", "instances"]
+    for told in (err, out):
+        assert "--models FOLDER" in told
 
 
 @pytest.mark.parametrize(("arguments", "told"), [
@@ -152,11 +151,12 @@ def test_growth_of_every_series(folder):
     assert bench("compare", "result.json", "result.json")[0] == 0
 
 
-def test_growth_without_a_scene_says_so(folder):
+def test_growth_is_that_of_the_example_where_no_scene_is_named(folder):
     write_obj(folder / "ball.obj", closed_meshes.icosphere(1))
-    code, out, err = bench("growth", "ball.obj", *QUICK, "--size", 16)
-    assert (code, "left out: lights, bounces" in err, "Left out: lights, bounces" in out) == (0, True, True)
-    assert set(json.loads((folder / "result.json").read_text())["fits"]) == {"triangles", "instances"}
+    code, _, err = bench("growth", "ball.obj", *QUICK, "--size", 16)
+    assert code == 0, err
+    assert set(json.loads((folder / "result.json").read_text())["fits"]) == {"triangles", "instances", "lights",
+                                                                             "bounces"}
 
 
 def test_rays_of_a_subdivided_mesh(folder):

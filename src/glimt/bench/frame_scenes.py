@@ -18,7 +18,6 @@ from glimt.scene.material import Material
 from glimt.scene.mesh import Mesh
 from glimt.scene.scene import RenderSettings, Scene
 
-PAPER_SCENE = Path("examples/stone_room.toml")
 BUNNY, ARMADILLO, NEFERTITI = "stanford-bunny.obj", "armadillo.obj", "nefertiti.obj"
 
 
@@ -121,14 +120,14 @@ def chosen_rows(names: str | None) -> list[str]:
     return rows
 
 
-def find_sources(names: Iterable[str], scene: Path | None, models: Path | None
+def find_sources(names: Iterable[str], scene: Path, models: Path | None
                  ) -> tuple[dict[str, list[Path]], list[Missing]]:
     """Return the files of each row that can be made, and which rows cannot.
 
-    `scene` is the paper's scene, by default the project's example if it is below the current folder; `models` is a
-    folder that is searched for models, with all folders below it. A path that is given must exist.
+    `scene` is the paper's scene; `models` is a folder that is searched for models, with all folders below it. Both must
+    exist.
     """
-    if scene is not None and not scene.is_file():
+    if not scene.is_file():
         raise GlimtError(f"{scene}: no such file")
     if models is not None and not models.is_dir():
         raise GlimtError(f"{models}: no such folder")
@@ -136,19 +135,13 @@ def find_sources(names: Iterable[str], scene: Path | None, models: Path | None
     missing = []
     for name in names:
         wanted = ROWS[name].models
-        if not wanted:
-            paths = [scene or PAPER_SCENE]
-            absent = [str(path) for path in paths if not path.is_file()]
-            remedy = "give --scene FILE"
-        else:
-            hits = {model: next(iter(sorted(models.rglob(model))), None) if models else None for model in wanted}
-            paths = [path for path in hits.values() if path]
-            absent = [model for model, path in hits.items() if path is None]
-            remedy = f"not below {models}" if models else "give --models FOLDER"
+        hits = {model: next(iter(sorted(models.rglob(model))), None) if models else None for model in wanted}
+        absent = [model for model, path in hits.items() if path is None]
         if absent:
+            remedy = f"not below {models}" if models else "give --models FOLDER"
             missing.append(Missing(name, f"{', '.join(absent)} not found; {remedy}"))
         else:
-            found[name] = paths
+            found[name] = [path for path in hits.values() if path] or [scene]
     return found, missing
 
 

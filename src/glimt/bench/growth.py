@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from glimt import linalg
-from glimt.bench.frame_scenes import Missing, ring_of_lights
+from glimt.bench.frame_scenes import ring_of_lights
 from glimt.bench.measure import Tell, interleave_blocks, machine, milliseconds, quotient
 from glimt.bench.mesh_sizes import sizes
 from glimt.bench.steady import SteadyFrames
@@ -31,9 +31,9 @@ class Limits(NamedTuple):
     most_instances: int = 10_000
 
 
-def measure(mesh: Mesh, scene: Scene | None, size: int, threads: int, frames: int, rounds: int,
+def measure(mesh: Mesh, scene: Scene, size: int, threads: int, frames: int, rounds: int,
             limits: Limits, tell: Tell = lambda text: None) -> dict[str, Any]:
-    """Return the result of all series, to be written as JSON; those of lights and bounces need a scene.
+    """Return the result of all series, to be written as JSON; those of lights and bounces are of `scene`.
 
     A row holds a setting's frame time in ms and `ratio`, through the time of the first setting of its series, both
     measured in turn. Instances are of the mesh with the fewest triangles. `fits` has a line through each series by
@@ -44,9 +44,8 @@ def measure(mesh: Mesh, scene: Scene | None, size: int, threads: int, frames: in
     meshes = sizes(mesh, limits.least_triangles, limits.most_triangles)
     series: dict[str, Iterator[tuple[int, Scene]]] = {
         "triangles": _triangles(meshes, size),
-        "instances": squares_of_instances(meshes[0], size, limits.most_instances)}
-    if scene is not None:
-        series |= {"lights": _lights(scene), "bounces": _bounces(scene)}
+        "instances": squares_of_instances(meshes[0], size, limits.most_instances),
+        "lights": _lights(scene), "bounces": _bounces(scene)}
     for name, settings in series.items():
         tell(f"growth: {name}")
         films = {str(count): SteadyFrames(one, threads) for count, one in settings}
@@ -56,9 +55,8 @@ def measure(mesh: Mesh, scene: Scene | None, size: int, threads: int, frames: in
                   "ratio": quotient(times, first)} for count, times in blocks.items()]
         fits[name] = _fit(added, "each" if name in ("lights", "bounces") else "tenfold")
         rows += added
-    missing = [] if scene else [Missing("lights, bounces", "no scene")._asdict()]
     return {"benchmark": "growth", "version": 1, "machine": machine(), "mesh": mesh.name, "threads": threads,
-            "instance_triangles": len(meshes[0].triangles), "rows": rows, "fits": fits, "missing": missing}
+            "instance_triangles": len(meshes[0].triangles), "rows": rows, "fits": fits}
 
 
 def _fit(rows: list[dict[str, Any]], per: str) -> dict[str, Any]:

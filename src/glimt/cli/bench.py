@@ -16,8 +16,8 @@ Frames = Annotated[int, typer.Option(min=1, max=10_000, help="Frames timed in ea
 Json = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the result here.")]
 Into = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the table here, between <!-- NAME --> and "
                                                                 "<!-- /NAME -->, NAME being that of the command.")]
-PaperScene = Annotated[Path | None, typer.Option(metavar="FILE", help="The paper's scene, by default "
-                                                                      "examples/stone_room.toml.")]
+PaperScene = Annotated[Path | None, typer.Option(metavar="FILE", help="The paper's scene, by default the example "
+                                                                      "stone_room.toml.")]
 
 
 @bench.command()
@@ -60,13 +60,10 @@ def frames(
     with outcome():
         from glimt.bench import frames as bench_frames
         from glimt.bench.first_image import measure_first_image
-        from glimt.bench.frame_scenes import PAPER_SCENE, Missing, chosen_rows, find_sources
+        from glimt.bench.frame_scenes import chosen_rows, find_sources
         from glimt.engines.cpu.engine import available_threads
-        found, missing = find_sources(chosen_rows(rows), scene, models)
-        paper = scene or PAPER_SCENE
-        if first_image and not paper.is_file():
-            first_image = False
-            missing.append(Missing("first image", f"{paper} not found; give --scene FILE"))
+        paper = scene or _example()
+        found, missing = find_sources(chosen_rows(rows), paper, models)
         for name, reason in missing:
             _tell(f"left out: {name}: {reason}")
         counts = tuple(sorted(set(threads or [1, available_threads()])))
@@ -90,15 +87,11 @@ def growth(
     """Measure how a frame's time grows with triangles, instances, lights and bounces."""
     with outcome():
         from glimt.bench import growth as bench_growth
-        from glimt.bench.frame_scenes import PAPER_SCENE
         from glimt.io import load
         from glimt.io.obj import read_obj
-        if scene is None and not PAPER_SCENE.is_file():
-            _tell(f"left out: lights, bounces: {PAPER_SCENE} not found; give --scene FILE")
-        paper = scene or (PAPER_SCENE if PAPER_SCENE.is_file() else None)
         limits = bench_growth.Limits(100, 2000, 10) if quick else bench_growth.Limits()
-        _finish(bench_growth.measure(read_obj(mesh), load(paper) if paper else None, size, threads, frames, rounds,
-                                     limits, _tell), json, into)
+        _finish(bench_growth.measure(read_obj(mesh), load(scene or _example()), size, threads, frames, rounds, limits,
+                                     _tell), json, into)
 
 
 @bench.command()
@@ -117,9 +110,8 @@ def flight(
     """Fly through a scene as the viewer does, and see whether frames keep within their budget."""
     with outcome():
         from glimt.bench import flight as bench_flight
-        from glimt.bench.frame_scenes import PAPER_SCENE
         from glimt.io import load
-        _finish(bench_flight.measure(load(scene or PAPER_SCENE), parse_size(size), bounces,
+        _finish(bench_flight.measure(load(scene or _example()), parse_size(size), bounces,
                                      None if own_lights else lights, seconds, budget / 1000, threads, engine,
                                      _tell), json, into)
 
@@ -131,6 +123,12 @@ def compare(before: Annotated[Path, typer.Argument(metavar="BEFORE")],
     with outcome():
         from glimt.bench import results
         print(results.compare(results.read(before), results.read(after)))
+
+
+def _example() -> Path:
+    """Return the paper's scene, which every installation has."""
+    from glimt.io.example import example_path
+    return example_path("stone_room.toml")
 
 
 def _tell(text: str) -> None:
