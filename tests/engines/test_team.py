@@ -1,6 +1,7 @@
 """Threads that wait for jobs: who does them, how they end, and that nobody waits for ever."""
 
 import gc
+import os
 import subprocess
 import sys
 import threading
@@ -85,11 +86,34 @@ def test_jobs_of_two_callers_are_told_apart():
 def test_threads_end_with_their_team():
     team = Team()
     give_all(team, lambda: None, lambda: None).wait(0.1)
-    threads = team._threads
+    threads = list(team._workers.values())
     assert all(thread.is_alive() for thread in threads)
     del team
     gc.collect()
     assert not any(thread.is_alive() for thread in threads)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork a process")
+def test_a_forked_process_starts_threads_of_its_own():
+    program = """
+import os
+from glimt.engines.cpu.team import Jobs, Team
+
+def done(team):
+    jobs = Jobs()
+    team.give(0, jobs, lambda: None)
+    return jobs.have_ended(20.0)
+
+team = Team()
+assert done(team)
+child = os.fork()
+if not child:
+    os._exit(0 if done(team) else 1)
+print(os.waitpid(child, 0)[1])
+"""
+    ended = subprocess.run([sys.executable, "-W", "ignore", "-c", program], capture_output=True, text=True, timeout=60,
+                           check=True)
+    assert (ended.stdout, ended.stderr) == ("0\n", "")
 
 
 def test_a_program_that_ends_waits_for_jobs_under_way():

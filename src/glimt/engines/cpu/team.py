@@ -54,40 +54,41 @@ class Jobs:
                 self._bell.get(timeout=seconds)
 
 
-_Inbox = SimpleQueue[tuple[Jobs, Callable[[], object]] | None]
+class _Worker(threading.Thread):
+    """One of the threads."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(name=f"glimt-{number}", daemon=True)
+        self.inbox: SimpleQueue[tuple[Jobs, Callable[[], object]] | None] = SimpleQueue()
+
+    def run(self) -> None:
+        while entry := self.inbox.get():
+            jobs, job = entry
+            jobs.do(job)
+            del entry, jobs, job  # they hold a scene
 
 
 class Team:
     """Threads that start when they are needed, and end with the team or with the program."""
 
     def __init__(self) -> None:
-        self._inboxes: list[_Inbox] = []
-        self._threads: list[threading.Thread] = []
-        weakref.finalize(self, _dismiss, self._inboxes, self._threads)
+        self._workers: dict[int, _Worker] = {}
+        weakref.finalize(self, _dismiss, self._workers)
 
     def give(self, number: int, jobs: Jobs, job: Callable[[], object]) -> None:
         """Have thread `number`, counted from 0, do one of some jobs after what it was given before."""
-        while number >= len(self._inboxes):
-            inbox: _Inbox = SimpleQueue()
-            thread = threading.Thread(target=_work, args=(inbox,), name=f"glimt-{len(self._inboxes)}", daemon=True)
-            thread.start()
-            self._inboxes.append(inbox)
-            self._threads.append(thread)
-        self._inboxes[number].put((jobs, job))
+        worker = self._workers.get(number)
+        if worker is None or not worker.is_alive():  # a forked process has no threads of its parent's
+            worker = self._workers[number] = _Worker(number)
+            worker.start()
+        worker.inbox.put((jobs, job))
         jobs.given += 1
 
 
-def _work(inbox: _Inbox) -> None:
-    while entry := inbox.get():
-        jobs, job = entry
-        jobs.do(job)
-        del entry, jobs, job  # they hold a scene
-
-
-def _dismiss(inboxes: list[_Inbox], threads: list[threading.Thread]) -> None:
+def _dismiss(workers: dict[int, _Worker]) -> None:
     """Have threads end when they have done what they were given, and wait for that."""
-    for inbox in inboxes:
-        inbox.put(None)
-    for thread in threads:
-        if thread is not threading.current_thread():
-            thread.join()
+    for worker in workers.values():
+        worker.inbox.put(None)
+    for worker in workers.values():
+        if worker is not threading.current_thread():
+            worker.join()
