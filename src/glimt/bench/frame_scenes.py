@@ -124,8 +124,8 @@ def find_sources(names: Iterable[str], scene: Path, models: Path | None
                  ) -> tuple[dict[str, list[Path]], list[Missing]]:
     """Return the files of each row that can be made, and which rows cannot.
 
-    `scene` is the paper's scene; `models` is a folder that is searched for models, with all folders below it. Both must
-    exist.
+    `scene` is the paper's scene; `models` is a folder that is searched for models, with all folders below it. A path
+    that is given must exist.
     """
     if not scene.is_file():
         raise GlimtError(f"{scene}: no such file")

@@ -39,19 +39,23 @@ class Jobs:
 
     def have_ended(self, seconds: float) -> bool:
         """Return whether all have ended, after some seconds in which none has; one that failed raises its error."""
-        with contextlib.suppress(Empty):
-            while len(self._ended) < self.given:
-                self._bell.get(timeout=seconds)
+        all_have = self._listen(seconds)
         for error in self._ended:
             if error:
                 raise error
-        return len(self._ended) == self.given
+        return all_have
 
     def wait(self, seconds: float) -> None:
         """Wait until all have ended, failed or not; look every few seconds."""
-        while len(self._ended) < self.given:
-            with contextlib.suppress(Empty):
+        while not self._listen(seconds):
+            pass
+
+    def _listen(self, seconds: float) -> bool:
+        """Return whether all have ended, after some seconds in which none has."""
+        with contextlib.suppress(Empty):
+            while len(self._ended) < self.given:
                 self._bell.get(timeout=seconds)
+        return len(self._ended) == self.given
 
 
 class _Worker(threading.Thread):
