@@ -181,6 +181,8 @@ COUNTER_STRIDE = np.int64(16)
 """Each thread counts in int64s of its own, two cache lines apart: rays by kind, and samples that were not finite; then
 whether stages are to be timed, which share of the tiles it begins with, and the ticks of each stage."""
 
+MOST_SAMPLES = 64
+"""Samples along each side of a pixel."""
 TILE = 16
 """Pixels along the side of a tile, the piece of a picture that a thread of the CPU takes at once where nobody says
 otherwise."""

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from glimt.errors import GlimtError
+from glimt.layout import MOST_SAMPLES
 from glimt.scene import checks
 from glimt.scene.camera import Camera
 from glimt.scene.instance import Instance
@@ -72,8 +73,8 @@ def _samples(value: Any) -> Samples:
     if isinstance(value, str) and value == "adaptive":
         return "adaptive"
     if isinstance(value, str) and not value.isdecimal():
-        raise GlimtError(f"settings: samples is {value!r:.60}, expected 1 to 64 or 'adaptive'")
-    return _whole("samples", value, 1, 64)
+        raise GlimtError(f"settings: samples is {value!r:.60}, expected 1 to {MOST_SAMPLES} or 'adaptive'")
+    return _whole("samples", value, 1, MOST_SAMPLES)
 
 
 def _whole(name: str, value: Any, lo: int, hi: int) -> int:

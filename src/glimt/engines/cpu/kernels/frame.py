@@ -7,9 +7,10 @@ from glimt.engines.cpu.kernels.block import PACKETS, SUM_WORDS, new_block
 from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, create_rays
 from glimt.engines.cpu.kernels.occluder import forget_occluders
 from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
-from glimt.engines.cpu.kernels.resolve import add_finite, begin_pixels, resolve
+from glimt.engines.cpu.kernels.resolve import begin_pixels, resolve
 from glimt.engines.cpu.kernels.stage_times import lap, tick
 from glimt.engines.cpu.kernels.tile import take_tile
+from glimt.engines.cpu.kernels.totals import PLACE_WORDS, add_samples, put_places
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.kernel import calls, kernel
 from glimt.lanes import atomic_load, scalar, scalar_int, stack_floats, stack_ints, store_scalar
@@ -38,8 +39,9 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
     """
     here = arrays(scene, light_count, view, counters, recorded)
     block, totals, inside = new_block(), stack_floats(SUM_WORDS), stack_ints(PACKETS)
+    places, height, width, centre = stack_ints(PLACE_WORDS), film.shape[0], film.shape[1], np.float32(0.5)
+    put_places(places, samples)
     forget_occluders(block)
-    height, width = film.shape[0], film.shape[1]
     step = np.float32(1) / np.float32(samples)
     spread = scalar(here.view_words, VIEW.spread) * step
     side, together = control[TILE_SIDE], control[TOGETHER]
@@ -53,10 +55,10 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
                 for sample in range(samples * samples):
                     if atomic_load(control, CANCEL) != 0:
                         return
-                    shift_x = (np.float32(sample % samples) + np.float32(0.5)) * step
-                    shift_y = (np.float32(sample // samples) + np.float32(0.5)) * step
+                    column, row = sample % samples * BLOCK_WIDTH, sample // samples * BLOCK_HEIGHT
                     start = tick(here)
-                    packets = create_rays(here, block, x, y, shift_x, shift_y, width, height)
+                    packets = create_rays(here, block, x * samples + column, y * samples + row, centre, centre,
+                                          width * samples, height * samples)
                     lap(here, CREATE_RAYS, start)
                     begin_pixels(block.sums)
                     for k in range(PACKETS):
@@ -66,7 +68,7 @@ def render_tiles(scene, light_count, view, film, samples, max_bounces, control, 
                         if group:
                             radiance(here, block, group, spread, max_bounces)
                     start = tick(here)
-                    add_finite(here, totals, block.sums, inside)
+                    add_samples(here, totals, block.sums, inside, places, samples, column, row)
                     lap(here, RESOLVE, start)
                 start = tick(here)
                 resolve(film, totals, np.float32(samples * samples), x, y)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import count
-from glimt.engines.cpu.kernels.block import PACKETS, PATH, SLOTS, lanes_of
+from glimt.engines.cpu.kernels.block import PACKETS, PATH, SLOTS
 from glimt.engines.cpu.kernels.create_rays import PACKET_HEIGHT, PACKET_WIDTH, first_pixel
 from glimt.kernel import inline
 from glimt.lanes import (
@@ -63,15 +63,6 @@ def finite_samples(scene, sums, slot, inside):
               & (absolute(radiance.z) < _LARGEST))
     count(scene, COUNT_NON_FINITE, population_count(bits(inside & ~finite)))
     return select3(finite, radiance, f32(0.0))
-
-
-@inline
-def add_finite(scene, totals, sums, inside):
-    """Add the sums of one sample to the totals of all."""
-    for k in range(PACKETS):
-        slot = np.int64(k * LANES)
-        light = finite_samples(scene, sums, slot, lanes_of(inside, slot))
-        store3(totals, slot, SLOTS, load3(totals, slot, SLOTS) + light)
 
 
 @inline

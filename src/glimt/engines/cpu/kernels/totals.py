@@ -1,0 +1,65 @@
+"""Samples of a block of pixels added up.
+
+A block's pixels are a grid with samples×samples for each, of which 8×8 make up a block of rays: rays that are so close
+together go the same way.
+"""
+
+import numpy as np
+
+from glimt.engines.cpu.kernels.block import PACKETS, SLOTS, lanes_of
+from glimt.engines.cpu.kernels.create_rays import BLOCK_WIDTH, PACKET_HEIGHT, PACKET_WIDTH, first_pixel
+from glimt.engines.cpu.kernels.resolve import finite_samples
+from glimt.kernel import inline
+from glimt.lanes import LANES, lane_numbers, load3, scalar, scalar_int, shuffle, store3, store_scalar, vector3
+from glimt.layout import MOST_SAMPLES
+
+PLACE_WORDS = 2 * BLOCK_WIDTH * MOST_SAMPLES
+_ROWS = PLACE_WORDS // 2
+
+
+@inline
+def put_places(places, samples):
+    """Write what each column and each row of the grid say of the slot of a pixel; its number is the sum of the two."""
+    packet_row = BLOCK_WIDTH // PACKET_WIDTH * LANES
+    for number in range(BLOCK_WIDTH * samples):
+        pixel = number // samples
+        store_scalar(places, number, pixel // PACKET_WIDTH * LANES + pixel % PACKET_WIDTH)
+        store_scalar(places, _ROWS + number,
+                     pixel // PACKET_HEIGHT * packet_row + pixel % PACKET_HEIGHT * PACKET_WIDTH)
+
+
+@inline
+def _fours(v):
+    """Return for each sample of a packet the sum of the square of four that it is in."""
+    pairs = v + shuffle(v, lane_numbers() ^ np.int32(1))
+    return pairs + shuffle(pairs, lane_numbers() ^ np.int32(PACKET_WIDTH))
+
+
+@inline
+def _add_to_places(totals, sums, places, slot, column, row, step):
+    """Add the samples of a packet, those in each `step`-th column and row, to the totals of the pixels they are of."""
+    for y in range(0, PACKET_HEIGHT, step):
+        below = scalar_int(places, _ROWS + row + y)
+        for x in range(0, PACKET_WIDTH, step):
+            place, at = np.int64(below + scalar_int(places, column + x)), slot + y * PACKET_WIDTH + x
+            for plane in (0, SLOTS, 2 * SLOTS):
+                store_scalar(totals, place + plane, scalar(totals, place + plane) + scalar(sums, at + plane))
+
+
+@inline
+def add_samples(scene, totals, sums, inside, places, samples, column, row):
+    """Add the samples from a column and row of the grid on to the totals of their pixels; `sums` is written to.
+
+    Where a pixel has an even number of them on a side, all four of a square are of one.
+    """
+    for k in range(PACKETS):
+        slot, (first_column, first_row) = np.int64(k * LANES), first_pixel(k, column, row)
+        light = finite_samples(scene, sums, slot, lanes_of(inside, slot))
+        if samples == 1:
+            store3(totals, slot, SLOTS, load3(totals, slot, SLOTS) + light)
+        elif samples % 2 == 0:
+            store3(sums, slot, SLOTS, vector3(_fours(light.x), _fours(light.y), _fours(light.z)))
+            _add_to_places(totals, sums, places, slot, first_column, first_row, 2)
+        else:
+            store3(sums, slot, SLOTS, light)
+            _add_to_places(totals, sums, places, slot, first_column, first_row, 1)
