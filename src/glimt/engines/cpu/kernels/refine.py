@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from glimt.engines.cpu.kernels.arrays import arrays
-from glimt.engines.cpu.kernels.block import new_block
+from glimt.engines.cpu.kernels.block import PACKETS, SLOTS, new_block
 from glimt.engines.cpu.kernels.contrast import (
     CODE_WORDS,
     CONTRAST_WORDS,
@@ -37,6 +37,7 @@ from glimt.lanes import (
     extract,
     f32,
     gather,
+    gather_int,
     lane_numbers,
     load,
     load3,
@@ -46,20 +47,27 @@ from glimt.lanes import (
     population_count,
     scalar,
     select,
+    shuffle,
     splat3,
     sqrt,
     stack_floats,
+    store,
     store3,
     store_scalar,
+    to_float,
     vector3,
 )
 from glimt.layout import CANCEL, TILE, VIEW
 
 GRID = 4
 """A pixel has up to GRID×GRID samples, in rounds of one for each row and each column."""
-_SHIFTS = (1, 3, 0, 2)
-"""Column of the sample in each row, in the first round; in others it is moved by xor."""
+_COLUMNS = np.int32(0b10_00_11_01)
+"""Column of the sample in each row, the first one lowest, in the first round; in others it is moved by xor."""
 _ROUNDS = (0, 3, 1, 2)
+
+_GRID_BITS = np.int32(GRID.bit_length() - 1)
+_PIXELS, _AT_ONCE = SLOTS // GRID, LANES // GRID
+"""Pixels whose samples of a round make up a block, and a packet."""
 
 FIRST_FOOTPRINT = np.float32(0.7)
 """Width of the first sample's cone in pixels. Mip levels are as blurred as a wide filter: of one sample with a whole
@@ -130,14 +138,51 @@ def _places(pixel, left, top):
 
 
 @inline
-def _create_rays(scene, block, pixel, active, number, left, top, width, height):
-    """Write rays through some pixels of the tile at (left, top): packet k holds the sample in row k of the grid."""
-    columns, rows = _places(pixel, left, top)
-    step = np.float32(1) / np.float32(GRID)
-    for k in range(GRID):
+def _pixels_of(start, k, count):
+    """Return (which pixels packet k of a block has samples of, whether there are such); `start` is the first one."""
+    pixels = (lane_numbers() >> _GRID_BITS) + np.int32(start + k * _AT_ONCE)
+    return pixels, pixels < np.int32(count)
+
+
+@inline
+def _create_rays(scene, block, todo, start, count, number, left, top, width, height):
+    """Write rays through the samples that some pixels have in a round, from pixel `start` of `count` on.
+
+    The samples of a pixel are side by side. Return the packets with any.
+    """
+    step, row, packets = np.float32(1) / np.float32(GRID), lane_numbers() & np.int32(GRID - 1), np.int32(0)
+    column = ((_COLUMNS >> (row << 1)) & np.int32(GRID - 1)) ^ np.int32(_ROUNDS[number])
+    shift_x, shift_y = (to_float(column) + np.float32(0.5)) * step, (to_float(row) + np.float32(0.5)) * step
+    for k in range(PACKETS):
+        pixels, active = _pixels_of(start, k, count)
         store_scalar(block.active, k, bits(active))
-        shift_x = (np.float32(_SHIFTS[k] ^ _ROUNDS[number]) + np.float32(0.5)) * step
-        put_rays(scene, block, k, columns, rows, shift_x, (np.float32(k) + np.float32(0.5)) * step, width, height)
+        if any_lane(active):
+            packets |= np.int32(1) << np.int32(k)
+            columns, rows = _places(gather_int(todo, pixels + np.int32(_PIXEL), active), left, top)
+            put_rays(scene, block, k, columns, rows, shift_x, shift_y, width, height)
+    return packets
+
+
+@inline
+def _add_fours(todo, at, v):
+    """Add the GRID samples of each pixel of a packet to what its pixels have from `at` on, a word each."""
+    pairs = v + shuffle(v, lane_numbers() ^ np.int32(1))
+    fours = shuffle(pairs + shuffle(pairs, lane_numbers() ^ np.int32(2)), lane_numbers() << _GRID_BITS)
+    store(todo, at, load(todo, at) + select(lane_numbers() < np.int32(_AT_ONCE), fours, 0.0))
+
+
+@inline
+def _add_samples(scene, block, todo, start, count):
+    """Add the samples that rays have brought, and their squares, to the sums of the pixels from `start` on."""
+    for k in range(PACKETS):
+        light = finite_samples(scene, block.sums, np.int64(k * LANES), _pixels_of(start, k, count)[1])
+        square, at = _squares(scene, light), start + k * _AT_ONCE
+        _add_fours(todo, _SUM + at, light.x)
+        _add_fours(todo, _SUM + _PLANE + at, light.y)
+        _add_fours(todo, _SUM + 2 * _PLANE + at, light.z)
+        _add_fours(todo, _SQUARE + at, square.x)
+        _add_fours(todo, _SQUARE + _PLANE + at, square.y)
+        _add_fours(todo, _SQUARE + 2 * _PLANE + at, square.z)
 
 
 @inline
@@ -196,6 +241,30 @@ def _write(film, pixel, lanes, total, samples, left, top):
 
 
 @inline
+def _settle(scene, film, first, todo, at, count, kept, number, left, top):
+    """Write those of LANES pixels from `at` on that have enough samples after a round, and keep the others.
+
+    Return how many are kept by now: they move to the front, where there is nothing left to be read.
+    """
+    active, samples = lane_numbers() < np.int32(count - at), np.float32(GRID * (number + 1))
+    pixel, contrast = select(active, load_int(todo, _PIXEL + at), 0), load(todo, _CONTRAST + at)
+    total, square = load3(todo, _SUM + at, _PLANE), load3(todo, _SQUARE + at, _PLANE)
+    done, shown, among = active, total, samples
+    if number < GRID - 1:  # the first sample counts until the grid is full
+        light = _samples_of(first, pixel, left, top)
+        shown, among = total + light, samples + np.float32(1)
+        done = active & _trusted(scene, shown, square + _squares(scene, light), contrast, among)
+    _write(film, pixel, done, shown, among, left, top)
+    rest = active & ~done
+    if any_lane(rest):
+        compress_store(todo, _PIXEL + kept, pixel, rest)
+        compress_store(todo, _CONTRAST + kept, contrast, rest)
+        compress_store3(todo, _SUM + kept, _PLANE, total, rest)
+        compress_store3(todo, _SQUARE + kept, _PLANE, square, rest)
+    return kept + population_count(bits(rest))
+
+
+@inline
 def refine_tile(scene, block, memory, film, first, left, top, max_bounces, control):
     """Write the tile at (left, top): first samples, or with 4, 8 or 12 more, or the 16 of the grid.
 
@@ -207,34 +276,16 @@ def refine_tile(scene, block, memory, film, first, left, top, max_bounces, contr
     count = _find_pixels(scene, memory.codes, memory.contrasts, todo, first, left, top)
     spread = scalar(scene.view_words, VIEW.spread) * np.float32(1 / GRID)
     for number in range(GRID):
-        kept, samples = 0, np.float32(GRID * (number + 1))
-        for start in range(0, count, LANES):
+        kept = 0
+        for start in range(0, count, _PIXELS):
             if atomic_load(control, CANCEL) != 0:
                 return False
-            active = lane_numbers() < np.int32(count - start)
-            pixel = select(active, load_int(todo, _PIXEL + start), 0)
-            _create_rays(scene, block, pixel, active, number, left, top, width, height)
+            packets = _create_rays(scene, block, todo, start, count, number, left, top, width, height)
             begin_pixels(block.sums)
-            radiance(scene, block, np.int32((1 << GRID) - 1), spread, max_bounces)
-            total, square = load3(todo, _SUM + start, _PLANE), load3(todo, _SQUARE + start, _PLANE)
-            for k in range(GRID):
-                light = finite_samples(scene, block.sums, np.int64(k * LANES), active)
-                total = total + light
-                square = square + _squares(scene, light)
-            contrast = load(todo, _CONTRAST + start)
-            done, shown, among = active, total, samples
-            if number < GRID - 1:  # the first sample counts until the grid is full
-                light = _samples_of(first, pixel, left, top)
-                shown, among = total + light, samples + np.float32(1)
-                done = active & _trusted(scene, shown, square + _squares(scene, light), contrast, among)
-            _write(film, pixel, done, shown, among, left, top)
-            rest = active & ~done
-            if any_lane(rest):  # to the front: nothing is written where there is still something to read
-                compress_store(todo, _PIXEL + kept, pixel, rest)
-                compress_store(todo, _CONTRAST + kept, contrast, rest)
-                compress_store3(todo, _SUM + kept, _PLANE, total, rest)
-                compress_store3(todo, _SQUARE + kept, _PLANE, square, rest)
-                kept += population_count(bits(rest))
+            radiance(scene, block, packets, spread, max_bounces)
+            _add_samples(scene, block, todo, start, count)
+            for at in range(start, min(start + _PIXELS, count), LANES):
+                kept = _settle(scene, film, first, todo, at, count, kept, number, left, top)
         count = kept
     return True
 
