@@ -37,10 +37,12 @@ def main(path):
     wrong_shadows = oracle.wrong_answers(found, tracing.blocked(packed, origins, directions, 1.0), 1.0).sum()
 
     room = load(Path(__file__).resolve().parents[1] / "examples" / "stone_room.toml")
-    room.settings = replace(room.settings, width=97, height=61, samples=2, max_bounces=3)
+    room.settings = replace(room.settings, width=97, height=61, max_bounces=3)
     renderer = Renderer(room)
     debug = np.stack([renderer.render_debug(view).values for view in DEBUG_VIEWS])
-    np.savez(path, lanes=LANES, radiance=renderer.render().radiance, debug=debug, wrong_hits=wrong_hits,
+    radiance = [Renderer(replace(room, settings=replace(room.settings, samples=samples))).render().radiance
+                for samples in (1, 2, 3, 6, "adaptive")]
+    np.savez(path, lanes=LANES, radiance=np.stack(radiance), debug=debug, wrong_hits=wrong_hits,
              wrong_shadows=wrong_shadows)
 
 

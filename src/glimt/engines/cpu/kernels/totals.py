@@ -7,7 +7,7 @@ together go the same way.
 import numpy as np
 
 from glimt.engines.cpu.kernels.block import PACKETS, SLOTS, lanes_of
-from glimt.engines.cpu.kernels.create_rays import BLOCK_WIDTH, PACKET_HEIGHT, PACKET_WIDTH, first_pixel
+from glimt.engines.cpu.kernels.create_rays import BLOCK_HEIGHT, BLOCK_WIDTH, PACKET_HEIGHT, PACKET_WIDTH
 from glimt.engines.cpu.kernels.resolve import finite_samples
 from glimt.kernel import inline
 from glimt.lanes import LANES, lane_numbers, load3, scalar, scalar_int, shuffle, store3, store_scalar, vector3
@@ -18,14 +18,21 @@ _ROWS = PLACE_WORDS // 2
 
 
 @inline
+def _slot_of_column(x):
+    return x // PACKET_WIDTH * LANES + x % PACKET_WIDTH
+
+
+@inline
+def _slot_of_row(y):
+    return y // PACKET_HEIGHT * (BLOCK_WIDTH // PACKET_WIDTH) * LANES + y % PACKET_HEIGHT * PACKET_WIDTH
+
+
+@inline
 def put_places(places, samples):
-    """Write what each column and each row of the grid say of the slot of a pixel; its number is the sum of the two."""
-    packet_row = BLOCK_WIDTH // PACKET_WIDTH * LANES
+    """Write what each column and each row of the grid say of the slot of its pixel, which is the sum of the two."""
     for number in range(BLOCK_WIDTH * samples):
-        pixel = number // samples
-        store_scalar(places, number, pixel // PACKET_WIDTH * LANES + pixel % PACKET_WIDTH)
-        store_scalar(places, _ROWS + number,
-                     pixel // PACKET_HEIGHT * packet_row + pixel % PACKET_HEIGHT * PACKET_WIDTH)
+        store_scalar(places, number, _slot_of_column(number // samples))
+        store_scalar(places, _ROWS + number, _slot_of_row(number // samples))
 
 
 @inline
@@ -36,14 +43,14 @@ def _fours(v):
 
 
 @inline
-def _add_to_places(totals, sums, places, slot, column, row, step):
-    """Add the samples of a packet, those in each `step`-th column and row, to the totals of the pixels they are of."""
-    for y in range(0, PACKET_HEIGHT, step):
+def _add_to_places(totals, sums, places, column, row, step):
+    """Add the samples in each `step`-th column and row to the totals of their pixels, row by row at any lane width."""
+    for y in range(0, BLOCK_HEIGHT, step):
         below = scalar_int(places, _ROWS + row + y)
-        for x in range(0, PACKET_WIDTH, step):
-            place, at = np.int64(below + scalar_int(places, column + x)), slot + y * PACKET_WIDTH + x
+        for x in range(0, BLOCK_WIDTH, step):
+            place, slot = np.int64(below + scalar_int(places, column + x)), _slot_of_row(y) + _slot_of_column(x)
             for plane in (0, SLOTS, 2 * SLOTS):
-                store_scalar(totals, place + plane, scalar(totals, place + plane) + scalar(sums, at + plane))
+                store_scalar(totals, place + plane, scalar(totals, place + plane) + scalar(sums, slot + plane))
 
 
 @inline
@@ -52,14 +59,17 @@ def add_samples(scene, totals, sums, inside, places, samples, column, row):
 
     Where a pixel has an even number of them on a side, all four of a square are of one.
     """
+    even = samples % 2 == 0
     for k in range(PACKETS):
-        slot, (first_column, first_row) = np.int64(k * LANES), first_pixel(k, column, row)
+        slot = np.int64(k * LANES)
         light = finite_samples(scene, sums, slot, lanes_of(inside, slot))
         if samples == 1:
             store3(totals, slot, SLOTS, load3(totals, slot, SLOTS) + light)
-        elif samples % 2 == 0:
+        elif even:
             store3(sums, slot, SLOTS, vector3(_fours(light.x), _fours(light.y), _fours(light.z)))
-            _add_to_places(totals, sums, places, slot, first_column, first_row, 2)
         else:
             store3(sums, slot, SLOTS, light)
-            _add_to_places(totals, sums, places, slot, first_column, first_row, 1)
+    if even:
+        _add_to_places(totals, sums, places, column, row, 2)
+    elif samples > 1:
+        _add_to_places(totals, sums, places, column, row, 1)
