@@ -24,6 +24,7 @@ from glimt.engines.cpu.kernels.occluder import forget_occluders
 from glimt.engines.cpu.kernels.radiance import RADIANCE, radiance
 from glimt.engines.cpu.kernels.resolve import begin_pixels, finite_samples, store_pixel
 from glimt.engines.cpu.kernels.tile import take_tile
+from glimt.engines.cpu.kernels.totals import fours
 from glimt.engines.cpu.kernels.traverse import TRACE
 from glimt.kernel import calls, inline, kernel
 from glimt.lanes import (
@@ -166,9 +167,8 @@ def _create_rays(scene, block, todo, start, count, number, left, top, width, hei
 @inline
 def _add_fours(todo, at, v):
     """Add the GRID samples of each pixel of a packet to what its pixels have from `at` on, a word each."""
-    pairs = v + shuffle(v, lane_numbers() ^ np.int32(1))
-    fours = shuffle(pairs + shuffle(pairs, lane_numbers() ^ np.int32(2)), lane_numbers() << _GRID_BITS)
-    store(todo, at, load(todo, at) + select(lane_numbers() < np.int32(_AT_ONCE), fours, 0.0))
+    firsts = shuffle(fours(v, 1, 2), lane_numbers() << _GRID_BITS)
+    store(todo, at, load(todo, at) + select(lane_numbers() < np.int32(_AT_ONCE), firsts, 0.0))
 
 
 @inline

@@ -36,10 +36,10 @@ def put_places(places, samples):
 
 
 @inline
-def _fours(v):
-    """Return for each sample of a packet the sum of the square of four that it is in."""
-    pairs = v + shuffle(v, lane_numbers() ^ np.int32(1))
-    return pairs + shuffle(pairs, lane_numbers() ^ np.int32(PACKET_WIDTH))
+def fours(v, first, second):
+    """Return for each lane the sum of it and those whose numbers differ by the bits `first`, `second` or both."""
+    pairs = v + shuffle(v, lane_numbers() ^ np.int32(first))
+    return pairs + shuffle(pairs, lane_numbers() ^ np.int32(second))
 
 
 @inline
@@ -66,7 +66,8 @@ def add_samples(scene, totals, sums, inside, places, samples, column, row):
         if samples == 1:
             store3(totals, slot, SLOTS, load3(totals, slot, SLOTS) + light)
         elif even:
-            store3(sums, slot, SLOTS, vector3(_fours(light.x), _fours(light.y), _fours(light.z)))
+            store3(sums, slot, SLOTS, vector3(
+                fours(light.x, 1, PACKET_WIDTH), fours(light.y, 1, PACKET_WIDTH), fours(light.z, 1, PACKET_WIDTH)))
         else:
             store3(sums, slot, SLOTS, light)
     if even:
